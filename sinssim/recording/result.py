@@ -22,9 +22,8 @@ from typing import Any, ClassVar, Generic, TypeVar
 import numpy as np
 
 import sinssim
-from sinssim import units
-from sinssim.data import DROPPED, FROZEN, SATURATED, ImuData, NavSolution
-from sinssim.errors import InputError, RunError
+from sinssim.data import DROPPED, FROZEN, SATURATED, ImuData
+from sinssim.errors import InputError
 from sinssim.exhibits import Exhibits
 from sinssim.formatting import size_text
 from sinssim.recording.streams import Stream, Streams
@@ -159,32 +158,6 @@ def flagged_words(flags: Mapping[str, int], samples: int) -> str:
     """
     counts = [f"{count:,} {name}" for name, count in flags.items() if count]
     return f"Flagged by the sensors, of {samples:,} samples: {', '.join(counts)}." if counts else ""
-
-
-def singularities(solutions: Mapping[str, NavSolution]) -> dict[str, list[dict[str, Any]]]:
-    """Return the passages through a singular attitude, for `summary.json`."""
-    return {
-        name: [
-            {
-                "start_s": event.start,
-                "end_s": event.end,
-                "damage_arcsec": event.damage / units.ARCSEC,
-                "text": event.text,
-            }
-            for event in solution.events
-        ]
-        for name, solution in solutions.items()
-        if solution.events
-    }
-
-
-def failures(failed: Mapping[str, RunError]) -> dict[str, dict[str, Any]]:
-    """Return which algorithms have no result, and why, for `summary.json`.
-
-    Returns:
-        For each algorithm the instant, None if unknown, and the text.
-    """
-    return {name: {"time_s": error.time, "text": str(error)} for name, error in failed.items()}
 
 
 def plain(value: Any) -> Any:

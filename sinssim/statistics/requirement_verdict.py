@@ -52,15 +52,6 @@ class Exceeded:
         """How long after the last fix it is, s; None outside an outage."""
         return None if self.fixes_end is None else self.time - self.fixes_end
 
-    @property
-    def numbers(self) -> dict[str, float | None]:
-        """Both, by their names in files."""
-        return {"exceeded_from_s": self.time, "after_fixes_end_s": self.after_fixes_end}
-
-
-NEVER = {"exceeded_from_s": None, "after_fixes_end_s": None}
-"""The numbers of a limit that is not exceeded."""
-
 
 def first_exceeded(
     requirement: Requirement, time: Array, values: Array, outages: Sequence[tuple[float, float]] = ()

@@ -10,6 +10,7 @@ import pytest
 
 from sinssim.data import ImuData, NavSolution, SingularityEvent
 from sinssim.errors import InputError, RunError
+from sinssim.experiments.run import error_exhibits
 from sinssim.experiments.run import run_scores as score
 from sinssim.logs.solution_score import Score
 from sinssim.recording import result
@@ -132,7 +133,7 @@ def test_flags_and_singular_passages() -> None:
         name: NavSolution(bare, bare, bare, bare, bare, bare, bare, name, own)
         for name, own in (("euler", events), ("quaternion", ()))
     }
-    assert result.singularities(solutions) == {
+    assert error_exhibits.passage_numbers(solutions) == {
         "euler": [
             {"start_s": 3.0, "end_s": 3.5, "damage_arcsec": pytest.approx(7.0), "text": "near 90°"},
             {"start_s": 5.0, "end_s": 6.0, "damage_arcsec": pytest.approx(9.0), "text": "again"},
@@ -149,7 +150,7 @@ def test_failures() -> None:
     )
     assert list(found) == ["bad"]
     assert found["bad"].time == 6.0
-    assert result.failures({**found, "other": RunError("because.")}) == {
+    assert error_exhibits.failure_numbers({**found, "other": RunError("because.")}) == {
         "bad": {"time_s": 6.0, "text": "its errors are not finite from t = 6.00 s on: it diverged."},
         "other": {"time_s": None, "text": "because."},
     }

@@ -22,7 +22,7 @@ def test_the_time_of_a_growing_error() -> None:
     assert found.time == pytest.approx(1319.0, abs=0.15)
     assert found.fixes_end == 1200.0
     assert found.text == "exceeded from 1319 s, 119 s after the fixes end"
-    assert found.numbers == {"exceeded_from_s": found.time, "after_fixes_end_s": found.time - 1200.0}
+    assert found.after_fixes_end == found.time - 1200.0
 
 
 def test_outages_that_overlap_or_do_not_hold_the_time() -> None:

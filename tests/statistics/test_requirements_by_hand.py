@@ -9,7 +9,6 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.statistics.requirement_verdict import (
-    NEVER,
     Exceeded,
     Verdict,
     columns_of,
@@ -229,8 +228,8 @@ def test_since_when_on_the_line_between_two_instants() -> None:
     assert verdict_of(one, TIME, tallied, outages=((150.0, 230.0),)).exceeded == found
     assert found is not None
     assert found.text == "exceeded from 220 s, 70 s after the fixes end"
-    assert found.numbers == {"exceeded_from_s": pytest.approx(220.0), "after_fixes_end_s": pytest.approx(70.0)}
+    assert (found.time, found.after_fixes_end) == (pytest.approx(220.0), pytest.approx(70.0))
     assert Exceeded(42.37, 40.0).text == "exceeded from 42.4 s, 2.4 s after the fixes end"
-    assert Exceeded(5.0).numbers == {"exceeded_from_s": 5.0, "after_fixes_end_s": None}
-    assert set(NEVER) == {"exceeded_from_s", "after_fixes_end_s"}
-    assert set(NEVER.values()) == {None}
+    assert (Exceeded(5.0).time, Exceeded(5.0).after_fixes_end) == (5.0, None)
+    never = Verdict.certain(one, 1.0, 5.0, None).in_unit
+    assert (never.exceeded_from_s, never.after_fixes_end_s) == (None, None)

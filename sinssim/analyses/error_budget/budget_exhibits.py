@@ -22,7 +22,7 @@ from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, V
 from sinssim.formatting import capital, number_text
 from sinssim.recording.result import Json, Media, versions
 from sinssim.recording.streams import Stream, Vector, write_table
-from sinssim.statistics.requirement_verdict import NEVER
+from sinssim.statistics import requirement_verdict
 from sinssim.statistics.requirements import CIRCLES, COMPONENTS, Judged, limits_of
 from sinssim.system.outputs import write_text
 from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, NAUTICAL_MILE, SPEED_SCALE, Scale, fixed, suiting
@@ -410,16 +410,19 @@ def _allowance(allowance: Allowance, size: float) -> dict[str, Json]:
 
 def _answer(answer: Answer) -> dict[str, Json]:
     requirement, size = answer.requirement, answer.requirement.unit_size
+    certain = requirement_verdict.Verdict.certain(requirement, answer.value, answer.time, answer.exceeded)
+    verdict = certain.in_unit
     return {
-        "requirement": requirement.text,
+        "requirement": verdict.requirement,
         "meaning": requirement.meaning,
         "met": answer.met,
-        "value": answer.value / size,
-        "limit": requirement.limit / size,
+        "value": verdict.value,
+        "limit": verdict.limit,
         "margin": answer.margin / size,
-        "unit": requirement.unit,
-        "time_s": answer.time,
-        **(answer.exceeded.numbers if answer.exceeded else NEVER),
+        "unit": verdict.unit,
+        "time_s": verdict.time_s,
+        "exceeded_from_s": verdict.exceeded_from_s,
+        "after_fixes_end_s": verdict.after_fixes_end_s,
         "sources": [_allowance(allowance, size) for allowance in answer.allowances],
         "free_together": None if answer.joint is None else _allowance(answer.joint, size),
         "factor_of_all_sources": _finite(answer.everything.factor),

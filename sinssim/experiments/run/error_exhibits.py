@@ -14,20 +14,22 @@ import numpy as np
 
 from sinssim import units
 from sinssim.charts import PAIR, WIDE, Axis, Chart, Charts, Dash, Line, Rule, over
-from sinssim.data import Array, NavState
+from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.earth.geodetic_coordinates import radii
 from sinssim.earth.gravity import gravity_ned
-from sinssim.errors import InputError
+from sinssim.errors import InputError, RunError
 from sinssim.exhibits import EVERYWHERE, Column, Item, Sentence, Table
+from sinssim.experiments.run.summary_types import ErrorNumbers, FailureNumbers, PassageNumbers
 from sinssim.formatting import capital, number_text
 from sinssim.recording import style
-from sinssim.strapdown.navigation_error import NavError
+from sinssim.recording.result import plain
+from sinssim.strapdown.navigation_error import NavError, known_error_numbers_of
 from sinssim.units import ANGLE_SCALE, HEIGHT_SCALE, LENGTH_SCALE, SPEED_SCALE, Scale, fixed, suiting
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.run_result import Run
-    from sinssim.experiments.run.summary_types import ErrorNumbers, FailureNumbers, LogNumbers, PassageNumbers
+    from sinssim.experiments.run.summary_types import LogNumbers
     from sinssim.simulation.truth_comparison import Aided
 
 
@@ -92,28 +94,9 @@ def _si(value: float | None, size: float) -> float:
 
 
 def known_numbers(error: NavError, span: tuple[float, float]) -> ErrorNumbers:
-    """Return the error statistics within a span, of what is known.
-
-    Args:
-        error: errors of a solution; NaN where it has nothing.
-        span: first and last time, s.
-
-    Returns:
-        As `sinssim.strapdown.navigation_error.error_numbers`, with None for quantities without a value.
-    """
+    """Return the statistics of the errors that are known within a span, s; None for quantities that never are."""
     rows = (error.time >= span[0] - 1e-6) & (error.time <= span[1] + 1e-6)
-    numbers: dict[str, float | None] = {}
-    for name, values in (
-        ("horizontal_error_m", error.horizontal),
-        ("height_error_m", error.height),
-        ("velocity_error_mps", error.speed),
-        ("attitude_error_arcsec", error.angle / units.ARCSEC),
-    ):
-        part: Array = values[rows]
-        part = part[np.isfinite(part)]
-        numbers[f"final_{name}"] = float(part[-1]) if len(part) else None
-        numbers[f"rms_{name}"] = float(np.sqrt(np.mean(part * part))) if len(part) else None
-        numbers[f"max_{name}"] = float(np.abs(part).max()) if len(part) else None
+    numbers: ErrorNumbers = plain(known_error_numbers_of(lambda: [error.rows(np.flatnonzero(rows))]))
     return numbers
 
 
@@ -345,6 +328,23 @@ def figure_charts(run: Run) -> Charts:
 _FAR = 20.0
 """Ratio of the largest errors of two solutions from which the scale of a figure is logarithmic."""
 _IN_FIGURE: tuple[Dash, ...] = ("", "--", "-.", ":")
+
+
+def passage_numbers(solutions: Mapping[str, NavSolution]) -> dict[str, list[PassageNumbers]]:
+    """Return the passages through a singular attitude, for `summary.json`."""
+    passages = {}
+    for name, solution in solutions.items():
+        if solution.events:
+            passages[name] = [
+                PassageNumbers(start_s=e.start, end_s=e.end, damage_arcsec=e.damage / units.ARCSEC, text=e.text)
+                for e in solution.events
+            ]
+    return passages
+
+
+def failure_numbers(failed: Mapping[str, RunError]) -> dict[str, FailureNumbers]:
+    """Return which algorithms have no result, and why, for `summary.json`; an instant that is not known is None."""
+    return {name: {"time_s": error.time, "text": str(error)} for name, error in failed.items()}
 
 
 def singularity_exhibits(passages: Mapping[str, Sequence[PassageNumbers]]) -> Iterator[Item]:

@@ -14,7 +14,14 @@ import numpy as np
 from sinssim.data import Array, NavState
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.errors import RunError, SinssimError
-from sinssim.experiments.run.error_exhibits import error_table, figure_charts, horizontal_of, worse_than_inertial
+from sinssim.experiments.run.error_exhibits import (
+    error_table,
+    failure_numbers,
+    figure_charts,
+    horizontal_of,
+    passage_numbers,
+    worse_than_inertial,
+)
 from sinssim.experiments.run.filter_exhibits import filter_exhibits
 from sinssim.experiments.run.filter_summary import filter_numbers
 from sinssim.experiments.run.parts import parts_of
@@ -27,7 +34,7 @@ from sinssim.experiments.run.sensor_exhibits import SensorComparison, sensor_com
 from sinssim.logs.stored_run import ErrorRule
 from sinssim.progress import Progress, shown
 from sinssim.recording.page import page_of
-from sinssim.recording.result import Media, RunDirectory, failures, flagged, plain, singularities
+from sinssim.recording.result import Media, RunDirectory, flagged, plain
 from sinssim.recording.streams import Stream
 from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.planned_limits import check_route, check_route_flown, check_times
@@ -52,7 +59,7 @@ if TYPE_CHECKING:
     from sinssim.earth.ellipsoids import Ellipsoid
     from sinssim.exhibits import Exhibits, Item
     from sinssim.experiments.run.run_report import FirstSections
-    from sinssim.experiments.run.summary_types import RunSummary
+    from sinssim.experiments.run.summary_types import RunSummary, StageEntries
     from sinssim.scenario import Scenario
     from sinssim.truth.sampling import FlightEvent
 
@@ -137,7 +144,7 @@ class Execution:
         self._drawn: FirstSections | None = None
         self._inertial: dict[str, tuple[Array, Array]] = {}  # horizontal errors beside the filter's
         self._numbers: dict[str, dict[str, float]] = {}
-        self._found: dict[str, Any] = {}  # entries of the summary
+        self._found: StageEntries = {}
 
     @property
     def _scenario(self) -> Scenario:
@@ -257,15 +264,15 @@ class Execution:
                 name: numbers_of(partial(list, [errors[name]])) if name in errors else NO_NUMBERS
                 for name in self._scenario.navigation.algorithms
             }
-            self._found["failures"] = failures(navigated.failures)
-            self._found["singularities"] = plain(singularities(navigated.solutions))
+            self._found["failures"] = failure_numbers(navigated.failures)
+            self._found["singularities"] = plain(passage_numbers(navigated.solutions))
             parts = parts_of(navigated)
             for part in parts.values():
                 part.enter(part.numbers())
         for name, part in parts.items():
             if self._report and part.takes_long:
                 with self._clock("budget"):
-                    parts[name] = part.explain(part.entry)
+                    parts[name] = part.explain()
         self.reached = replace(self.reached, parts=parts)
         if self.reached.aided is not None:
             with self._clock("filter"):
@@ -321,7 +328,7 @@ class Execution:
         """Compute what the filter changes in what only some runs have."""
         parts = {name: part.on(self._navigated, self.reached.aided) for name, part in self.reached.parts.items()}
         for part in parts.values():
-            part.enter(part.with_filter(part.entry))
+            part.enter(part.with_filter())
         self.reached = replace(self.reached, parts=parts)
 
     def _open(self, time: Array, motion: NavState, events: tuple[FlightEvent, ...], ellipsoid: Ellipsoid) -> RunWriter:
@@ -376,23 +383,20 @@ class Execution:
             media=RunMedia(),
         )  # fmt: skip
 
-    def _entries(self) -> dict[str, Any]:
+    def _entries(self) -> dict[str, object]:
         """Return the entries of the summary that follow from the stages, in order."""
-        stage_entries = self._found
         parts = {name: plain(part.entry) for name, part in self.reached.parts.items() if part.entry is not None}
-        entries: dict[str, Any] = {
-            **{name: stage_entries[name] for name in ("flight_cached", "not_attained") if name in stage_entries},
+        known = {
+            **self._found, "algorithms": plain(self._numbers), **parts,
             "flagged_samples": flagged(self._navigated.sensed.measured),
-        }
-        algorithms, of_filter = (
-            plain(self._numbers),
-            {"filter": stage_entries["filter"]} if "filter" in stage_entries else {},
-        )
-        passages = {"singularities": stage_entries["singularities"], "failures": stage_entries["failures"]}
+        }  # fmt: skip
+        first = ("flight_cached", "not_attained", "flagged_samples")
         if isinstance(self._navigated.truth, Truth):
-            return {**entries, "algorithms": algorithms, **passages, **parts, **of_filter}
-        outages = {name: parts.pop(name) for name in ("outages",) if name in parts}
-        return {**entries, **passages, **parts, "algorithms": algorithms, **of_filter, **outages}
+            order = (*first, "algorithms", "singularities", "failures", *parts, "filter")
+        else:
+            between = (name for name in parts if name != "outages")
+            order = (*first, "singularities", "failures", *between, "algorithms", "filter", "outages")
+        return {name: known[name] for name in order if name in known}
 
 
 def rehearse(scenario: Scenario) -> None:

@@ -12,7 +12,7 @@ from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, cast
 
 import numpy as np
 
@@ -48,7 +48,7 @@ from sinssim.truth.sampling import FlightEvent
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.run_result import Part
-    from sinssim.experiments.run.summary_types import RunSummary
+    from sinssim.experiments.run.summary_types import RunFacts, RunSummary
     from sinssim.logs.reference_solution import Reference
     from sinssim.logs.stored_run import ErrorRule
     from sinssim.recording.rerun.rrd import Recording
@@ -58,14 +58,10 @@ if TYPE_CHECKING:
     from sinssim.simulation.truth_comparison import Aided
 
 
-def about(scenario: Scenario, stages: Stages, status: str, message: str = "") -> dict[str, Any]:
-    """Return the part of a summary that does not depend on the success of the run: entries of `summary.json`.
-
-    Args:
-        status: "finished", "failed" or "interrupted".
-    """
+def about(scenario: Scenario, stages: Stages, status: str, message: str = "") -> RunFacts:
+    """Return the entries of `summary.json` that do not depend on the success of the run."""
     plane = scenario.one_component
-    return {
+    facts: dict[str, object] = {
         "scenario": scenario.name,
         "status": status,
         **({"message": message} if message else {}),
@@ -75,6 +71,7 @@ def about(scenario: Scenario, stages: Stages, status: str, message: str = "") ->
         "versions": versions(),
         **({"own_content": files} if (files := [file.to_json() for file in own_files(scenario)]) else {}),
     }
+    return cast("RunFacts", facts)
 
 
 def keep(
@@ -272,7 +269,7 @@ class RunWriter:
         if outages:
             self._draw(lambda: pictures.draw_outages(self._recording, time, truth, outages))
 
-    def navigated(self, run: Navigated, parts: Mapping[str, Part], rule: ErrorRule | None = None) -> None:
+    def navigated(self, run: Navigated, parts: Mapping[str, Part[object]], rule: ErrorRule | None = None) -> None:
         """Write the solutions of the algorithms and their errors, and what only some runs have.
 
         Args:
@@ -299,7 +296,7 @@ class RunWriter:
         for pool in (self._to_rerun, self._to_parquet):
             self._submit(pool, streams.give_back_memory)
 
-    def parts(self, parts: Mapping[str, Part]) -> None:
+    def parts(self, parts: Mapping[str, Part[object]]) -> None:
         """Write what only some runs have."""
         for part in parts.values():
             for stream in part.streams():
@@ -357,7 +354,7 @@ class RunWriter:
         pictures.draw_path(self._recording, self._scene, "aided", aided.estimate.solution, style.COLORS["aided"])
         self._learn({"filter": "yes"})
 
-    def _draw_part(self, part: Part) -> None:
+    def _draw_part(self, part: Part[object]) -> None:
         known = len(self._run.labels)
         self._draw_charts(part.exhibits)
         if len(self._run.labels) > known:

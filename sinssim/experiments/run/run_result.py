@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Self, TypeVar
 
 from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Line, Mark, Weight, over
 from sinssim.errors import InputError
@@ -52,7 +52,7 @@ class Reached:
     about_filter: Sequence[str] = ()
     last: Truth | RecordedMotion | Sensed | Navigated | None = None
     aided: Aided | None = None
-    parts: Mapping[str, Part] = field(default_factory=dict)
+    parts: Mapping[str, Part[object]] = field(default_factory=dict)
 
     @property
     def navigated(self) -> Navigated | None:
@@ -91,7 +91,7 @@ class Run(Result):
     scenario: Scenario
     navigated: Navigated
     aided: Aided | None
-    parts: Mapping[str, Part]
+    parts: Mapping[str, Part[object]]
     summary: dict[str, Any] = field(default_factory=dict)
     directory: Path | None = None
     about_filter: Sequence[str] = ()
@@ -194,8 +194,12 @@ def _in_words(name: str, summary: Mapping[str, Any], *, with_filter: bool) -> st
     return f"Run({name}: {'; '.join(parts)})"
 
 
+N = TypeVar("N", covariant=True)
+"""The entry of a part in `summary.json`."""
+
+
 @dataclass(frozen=True)
-class Part:
+class Part(Generic[N]):
     """A part of some runs, computed from their stages, and what it has to show.
 
     What is large is a `functools.cached_property`: it is computed when it is first wanted, and a copy by
@@ -210,7 +214,7 @@ class Part:
         takes_long: whether `explain` does something.
         run: the run that has it, with its inertial solutions.
         aided: the aided solution; None without a filter, and before it has run.
-        entry: its entry in `summary.json`, once it is computed; None for none.
+        entry: its entry in `summary.json`, once it is computed.
     """
 
     name: ClassVar[str]
@@ -220,26 +224,26 @@ class Part:
     takes_long: ClassVar[bool] = False
     run: Navigated
     aided: Aided | None = None
-    entry: Any = field(default=None, compare=False, repr=False)
+    entry: N = field(default=None, compare=False, repr=False)  # type: ignore[assignment]
 
     @classmethod
     def belongs_to(cls, run: Navigated) -> bool:
         """Return whether a run has this part."""
         raise NotImplementedError
 
-    def numbers(self) -> Any:
-        """Return the entry in `summary.json`; None for no entry."""
-        return None
+    def numbers(self) -> N:
+        """Return the entry in `summary.json`; None for a part whose entry follows from the filter."""
+        return self.entry
 
-    def explain(self, numbers: Any) -> Self:
+    def explain(self) -> Self:
         """Add to the entry what takes long and only a report shows."""
         return self
 
-    def with_filter(self, numbers: Any) -> Any:
+    def with_filter(self) -> N:
         """Return the entry of a run whose filter has run."""
-        return numbers
+        return self.entry
 
-    def enter(self, numbers: Any) -> None:
+    def enter(self, numbers: object) -> None:
         """Keep the entry, with None in place of unknown numbers."""
         vars(self)["entry"] = plain(numbers)
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import rerun as rr
@@ -35,7 +35,7 @@ from sinssim.recording.rerun.rrd import Recording, whole_recording
 from sinssim.recording.rerun.scene import map_zoom, some_rows
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
-from sinssim.recording.result import plain, versions
+from sinssim.recording.result import Json, plain, versions
 from sinssim.recording.streams import error_stream, nav_stream, write_stream
 from sinssim.recording.style import thinned
 from sinssim.strapdown.navigation_error import NavError
@@ -133,29 +133,27 @@ class Scored:
         return NavState(samples.latitude, samples.longitude, samples.height, samples.velocity_ned, samples.q_nb)
 
 
-def to_json(score: Score, span: tuple[float, float]) -> dict[str, Any]:
-    """Return a score as plain numbers.
-
-    Args:
-        span: time over which it is compared, s.
-    """
+def to_json(score: Score, span: tuple[float, float]) -> dict[str, Json]:
+    """Return a score for its JSON file; it is compared over a span, s."""
     whole = (float(score.error.time[0]), float(score.error.time[-1]))
-    numbers = {
-        "name": score.name,
-        "file": str(score.path),
-        "format": score.format,
-        "start_s": whole[0],
-        "end_s": whole[1],
-        "rows": len(score.error.time),
-        "compute_s": score.seconds,
-        "errors": known_numbers(score.error, whole),
-        "compared_from_s": span[0],
-        "compared_to_s": span[1],
-        "errors_compared": known_numbers(score.error, span),
-        "notes": list(score.sentences),
-        "versions": versions(),
-    }
-    return {key: plain(value) for key, value in numbers.items()}
+    numbers: dict[str, Json] = plain(
+        {
+            "name": score.name,
+            "file": str(score.path),
+            "format": score.format,
+            "start_s": whole[0],
+            "end_s": whole[1],
+            "rows": len(score.error.time),
+            "compute_s": score.seconds,
+            "errors": known_numbers(score.error, whole),
+            "compared_from_s": span[0],
+            "compared_to_s": span[1],
+            "errors_compared": known_numbers(score.error, span),
+            "notes": list(score.sentences),
+            "versions": versions(),
+        }
+    )
+    return numbers
 
 
 def score_exhibits(scored: Scored) -> Exhibits:

@@ -6,7 +6,7 @@ A number that is not known is None.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NotRequired, TypedDict
+from typing import NotRequired, TypedDict
 
 Number = float | None
 ErrorNumbers = Mapping[str, Number]
@@ -219,8 +219,18 @@ class PlaneNumbers(TypedDict):
     differences: dict[str, PlaneDifference]
 
 
-class RunSummary(TypedDict):
-    """The contents of `summary.json`; the entries of what only some runs have are those of the parts."""
+class StageEntries(TypedDict, total=False):
+    """Entries of a run that follow from its stages, as far as it has come."""
+
+    flight_cached: bool | None
+    not_attained: list[str]
+    singularities: dict[str, list[PassageNumbers]]
+    failures: dict[str, FailureNumbers]
+    filter: FilterNumbers
+
+
+class RunFacts(TypedDict):
+    """Entries of a run that do not depend on its success; its status is "finished", "failed" or "interrupted"."""
 
     scenario: str
     status: str
@@ -230,6 +240,11 @@ class RunSummary(TypedDict):
     timing: dict[str, float]
     versions: dict[str, str]
     own_content: NotRequired[list[FileNumbers]]
+
+
+class RunSummary(RunFacts):
+    """The contents of `summary.json`; the entries of what only some runs have are those of the parts."""
+
     start_s: float
     end_s: float
     flight_cached: NotRequired[bool | None]
@@ -240,5 +255,4 @@ class RunSummary(TypedDict):
     failures: dict[str, FailureNumbers]
     filter: NotRequired[FilterNumbers]
     log: NotRequired[LogNumbers]
-    outages: NotRequired[dict[str, Any]]
     one_component: NotRequired[PlaneNumbers]

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from sinssim.experiments.run.run_result import Part
     from sinssim.simulation.navigation_stage import Navigated
 
-PARTS: tuple[type[Part], ...] = (Track, TrueGravity, Log, Redundancy, OnPlatform, Rotation, Phases, Outages)
+PARTS: tuple[type[Part[object]], ...] = (Track, TrueGravity, Log, Redundancy, OnPlatform, Rotation, Phases, Outages)
 """The parts in the order of their entries in `summary.json`."""
 
 
-def parts_of(run: Navigated) -> dict[str, Part]:
+def parts_of(run: Navigated) -> dict[str, Part[object]]:
     """Return the parts that a run has, by name."""
     return {kind.name: kind(run) for kind in PARTS if kind.belongs_to(run)}

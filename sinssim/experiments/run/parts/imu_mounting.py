@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NotRequired, TypedDict
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Line, Weight, over
 from sinssim.data import Array, ImuData
 from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
 from sinssim.experiments.run.run_result import Part, side_by_side
+from sinssim.experiments.run.summary_types import ErrorNumbers, Number
 from sinssim.formatting import number_text
 from sinssim.recording.streams import Stream, other_error_stream, platform_stream, rotation_stream
 from sinssim.simulation.navigation_stage import Navigated, what_if
@@ -27,7 +28,6 @@ from sinssim.strapdown.platform_theory import ACCELEROMETERS, GYROS, START, TORQ
 from sinssim.units import ANGLE_SCALE, DEG, LENGTH_SCALE, fixed
 
 if TYPE_CHECKING:
-    from sinssim.experiments.run.summary_types import ErrorNumbers
     from sinssim.sensors.imu.encoder import Encoders
     from sinssim.sensors.sets.gimballed_sensors import PlatformErrors
     from sinssim.strapdown.gimballed_platform import PlatformSolution
@@ -58,8 +58,30 @@ _STANDS = {
 }
 
 
+class StrapdownNumbers(TypedDict):
+    """The first strapdown algorithm, and how far errors that act in turns only take it away."""
+
+    algorithm: str
+    without_errors_of_turns: ErrorNumbers
+    final_distance_m: Number
+    max_distance_m: Number
+
+
+class PlatformNumbers(TypedDict):
+    """A platform: its errors, rates, the causes of its position error, and the same sensors strapped down."""
+
+    torquer_scale_ppm: list[float]
+    pickoff_arcsec: list[float]
+    max_commanded_rate_deg_h: float
+    max_rate_of_the_vehicle_deg_s: float
+    turned_deg: float
+    final_horizontal_error_by_cause_m: dict[str, Number]
+    largest_difference_from_error_equations_m: Number
+    strapdown: NotRequired[StrapdownNumbers]
+
+
 @dataclass(frozen=True)
-class OnPlatform(Part):
+class OnPlatform(Part[PlatformNumbers]):
     """The platform of a run whose navigator has a solution."""
 
     name, title, place, compares = "platform", "Platform and strapdown", "sensors", 2
@@ -130,7 +152,7 @@ class OnPlatform(Part):
         forces = inertial_forces(truth.time, truth.state, motion.gravity, motion.ellipsoid, felt)
         return errors_by_cause(truth.state, forces, self.solution, true.platform, motion.ellipsoid)
 
-    def numbers(self) -> Mapping[str, Any]:
+    def numbers(self) -> PlatformNumbers:
         """Return the results of the platform, for `summary.json`."""
         true = self.run.sensed.errors
         assert true is not None
@@ -167,7 +189,7 @@ class OnPlatform(Part):
         if any(n["final_horizontal_error_m"] is None for n in (platform, other, without)):
             return
 
-        def both(errors: Mapping[str, Any]) -> str:
+        def both(errors: ErrorNumbers) -> str:
             end, most = (number_text(errors[f"{when}_horizontal_error_m"], 4) for when in ("final", "max"))
             return f"{end} m at the end, {most} m at most"
 
@@ -288,9 +310,9 @@ def platform_numbers(
     ideal: ImuData,
     strapdown: tuple[str, NavError] | None,
     without: NavError | None,
-    by_cause: ErrorsByCause | None,
+    by_cause: ErrorsByCause,
     simulated: NavError,
-) -> dict[str, Any]:
+) -> PlatformNumbers:
     """Return the results of a platform: numbers for `summary.json`.
 
     Args:
@@ -301,18 +323,17 @@ def platform_numbers(
     rate = ideal.dtheta / np.diff(ideal.time)[:, np.newaxis]
     speed = np.linalg.norm(rate, axis=1)
     turning = speed > _TURNING
-    numbers: dict[str, Any] = {
+    numbers: PlatformNumbers = {
         "torquer_scale_ppm": (errors.torquer_scale / units.PPM).tolist(),
         "pickoff_arcsec": (errors.pickoff / units.ARCSEC).tolist(),
         "max_commanded_rate_deg_h": float(np.linalg.norm(solution.commanded, axis=1).max() / units.DEG_H),
         "max_rate_of_the_vehicle_deg_s": float(speed.max() / units.DEG),
         "turned_deg": float((speed * np.diff(ideal.time))[turning].sum() / units.DEG),
-    }
-    if by_cause is not None:
-        numbers["final_horizontal_error_by_cause_m"] = {
+        "final_horizontal_error_by_cause_m": {
             name.replace(" ", "_"): float(np.hypot(*rows[-1])) for name, rows in by_cause.position.items()
-        }
-        numbers["largest_difference_from_error_equations_m"] = by_cause.apart(simulated)
+        },
+        "largest_difference_from_error_equations_m": by_cause.apart(simulated),
+    }
     if strapdown is not None and without is not None:
         name, error = strapdown
         rows = min(len(error.time), len(without.time))
@@ -330,8 +351,14 @@ _CYCLES_SHOWN = 1200.0
 """Length of the beginning of the run for which the angles are drawn, s."""
 
 
+class RotationNumbers(TypedDict):
+    """What the errors of the first algorithm would be without the rotation."""
+
+    without_rotation: ErrorNumbers
+
+
 @dataclass(frozen=True)
-class Rotation(Part):
+class Rotation(Part[RotationNumbers]):
     """The rotation of a run's IMU."""
 
     name, title, place = "rotation", "Rotating IMU", "sensors"
@@ -371,7 +398,7 @@ class Rotation(Part):
         still = scenario.model_copy(update={"imu": imu})
         return what_if(self.run, next(iter(self.run.solutions)), readings.compensated or readings.imu, still)
 
-    def numbers(self) -> Mapping[str, Any]:
+    def numbers(self) -> RotationNumbers:
         """Return the errors without the rotation, for `summary.json`."""
         return rotation_numbers(self.without_rotation)
 
@@ -425,10 +452,6 @@ class Rotation(Part):
         yield Section(f"With and without rotation: {name}", [drawn, table])
 
 
-def rotation_numbers(without: NavError | None) -> dict[str, Any]:
-    """Return the entry of a rotating IMU: `without_rotation`, as the entries of algorithms.
-
-    Args:
-        without: errors of the first algorithm without the rotation; None without a solution.
-    """
+def rotation_numbers(without: NavError | None) -> RotationNumbers:
+    """Return the entry of a rotating IMU, from the errors of the first algorithm without the rotation."""
     return {"without_rotation": NO_NUMBERS if without is None else error_numbers(without)}

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NotRequired, TypedDict
 
 import numpy as np
 
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from sinssim.simulation.recorded_filter_run import Prepared
 
 
-_SHARES = {"median": 50.0, "p90": 90.0}
 _LISTED = 15
 """Number of outages up to which each has a row on the console; the report has the rows of all."""
 _SMOOTHED = "smoothed_max_horizontal_error_m"
@@ -43,6 +42,21 @@ _COLUMNS = {
 """Heads and units of the table by key."""
 
 
+OutageErrors = dict[str, float]
+"""The times of an outage, the errors at its end and the filter's 1σ by key; NaN where unknown. Its number of the pass
+is there if there are several."""
+
+
+class OutageNumbers(TypedDict):
+    """The errors of outages: of each, and median and 90 % of their magnitudes; those alone if none has errors."""
+
+    against: NotRequired[str]
+    each: list[OutageErrors]
+    median: NotRequired[dict[str, float]]
+    p90: NotRequired[dict[str, float]]
+    error_over_sigma: NotRequired[float]
+
+
 @dataclass(frozen=True)
 class JudgedOutages:
     """The errors of injected outages.
@@ -52,12 +66,12 @@ class JudgedOutages:
         growth: for each outage the time since its beginning, (K,) s, and the horizontal error, (K,) m.
     """
 
-    numbers: dict[str, Any]
+    numbers: OutageNumbers
     growth: tuple[tuple[Array, Array], ...]
 
 
 @dataclass(frozen=True)
-class Outages(Part):
+class Outages(Part[OutageNumbers]):
     """The injected outages of a run on recorded sensors with a filter."""
 
     name, title, place = "outages", "Outages", "filter"
@@ -100,7 +114,7 @@ class Outages(Part):
             outages += of_pass
         return JudgedOutages({"against": reference.name, **outage_numbers(outages)}, tuple(growth))
 
-    def with_filter(self, numbers: Any) -> Mapping[str, Any]:
+    def with_filter(self) -> OutageNumbers:
         """Return the errors of the outages, for `summary.json`."""
         return self.judged.numbers
 
@@ -121,7 +135,7 @@ class Outages(Part):
             yield Beside([Charts("outages", tuple((chart,) for chart in self._charts(each)),
                                  (0.5 * PAIR[0], 2.0 * PAIR[1]), on=("page",)), self._table(rows)])  # fmt: skip
 
-    def _charts(self, each: Sequence[Mapping[str, Any]]) -> Iterator[Chart]:
+    def _charts(self, each: Sequence[OutageErrors]) -> Iterator[Chart]:
         """Yield the horizontal error since the beginning of each outage, and at the end of each over the run."""
         y, span = Axis(units=fixed("m"), low=0.0), (float(self.run.time[0]), float(self.run.time[-1]))
         drawn = [(time, error) for time, error in self.judged.growth if len(time) > 1]
@@ -143,7 +157,7 @@ class Outages(Part):
             key="outages/ends", title="Horizontal error at the end of each outage", x=over(span), y=y, marks=dots
         )
 
-    def _table(self, each: Sequence[Mapping[str, Any]]) -> Table:
+    def _table(self, each: Sequence[OutageErrors]) -> Table:
         """Return the errors at the end of some outages, median and 90 % of all."""
         keys = [key for key in _COLUMNS if key in self.entry["median"]]
         rows = [
@@ -153,8 +167,7 @@ class Outages(Part):
             )
             for outage in each
         ]
-        for word, name in (("**median**", "median"), ("**90 %**", "p90")):
-            errors = self.entry[name]
+        for word, errors in (("**median**", self.entry["median"]), ("**90 %**", self.entry["p90"])):
             rows.append((word, *("–" if errors[k] is None else number_text(errors[k]) for k in keys)))
         return Table(
             (Column("from … to", fixed("s"), words=True),
@@ -166,7 +179,7 @@ class Outages(Part):
 
 def outage_errors(
     estimate: Estimate, error: NavError, smoothed: NavError | None, outages: Sequence[tuple[float, float]]
-) -> list[dict[str, Any]]:
+) -> list[OutageErrors]:
     """Return the errors at the end of each outage.
 
     Args:
@@ -186,7 +199,7 @@ def outage_errors(
         if not len(known):
             continue
         k = int(known[-1])
-        row: dict[str, Any] = {
+        row: OutageErrors = {
             "from_s": float(begin),
             "to_s": float(end),
             "at_s": float(error.time[k]),
@@ -230,7 +243,7 @@ def straight_line_error(fixes: FixStream, begin: float, at: float) -> float:
     return math.hypot(float(r1) * north, float(r2) * math.cos(latitude[last]) * east)
 
 
-def outage_numbers(outages: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def outage_numbers(outages: Sequence[OutageErrors]) -> OutageNumbers:
     """Return the errors of outages together.
 
     Args:
@@ -243,12 +256,13 @@ def outage_numbers(outages: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     ratio = [outage["horizontal_error_m"] / outage["horizontal_sigma_m"] for outage in outages]
     return {
         "each": list(outages),
-        **{word: _share(outages, percent) for word, percent in _SHARES.items()},
+        "median": _share(outages, 50.0),
+        "p90": _share(outages, 90.0),
         "error_over_sigma": float(np.sqrt(np.mean(np.square(ratio)))) if ratio else math.nan,
     }
 
 
-def _share(outages: Sequence[Mapping[str, float]], percent: float) -> dict[str, float]:
+def _share(outages: Sequence[OutageErrors], percent: float) -> dict[str, float]:
     """Return a percentile over the outages of the magnitude of each error."""
     keys = [key for key in (outages[0] if outages else ()) if key.endswith(("_m", "_mps"))]
     values = {key: np.abs([outage[key] for outage in outages]) for key in keys}
@@ -288,7 +302,7 @@ def _pass(sensed: Sensed, prepared: Prepared, spans: tuple[tuple[float, float], 
     return aid_recorded(changed, sensed.imu, start, history=settings.smooth)
 
 
-def sentences(numbers: Mapping[str, Any]) -> Iterator[str]:
+def sentences(numbers: OutageNumbers) -> Iterator[str]:
     """Yield the result of the outages in a sentence.
 
     Args:

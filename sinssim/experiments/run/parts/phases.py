@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, NotRequired, Self, TypedDict, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from sinssim.data import Array
 from sinssim.errors import SinssimError
 from sinssim.exhibits import Column, Item, Medium, Section, Sentence, Table
 from sinssim.experiments.run.run_result import Part
+from sinssim.experiments.run.summary_types import ErrorNumbers, Number
 from sinssim.formatting import signed
 from sinssim.simulation.navigation_stage import Navigated
 from sinssim.simulation.truth_and_sensors import Truth
@@ -25,7 +26,6 @@ from sinssim.units import fixed
 
 if TYPE_CHECKING:
     from sinssim.analyses.error_budget.budget_result import BudgetResult
-    from sinssim.experiments.run.summary_types import ErrorNumbers
 
 _LEG = re.compile(r"leg (\d+) \((\w+)\) (begins|ends)")
 _REACHED = re.compile(r"(.+) reached: \d+ m away, height .*")
@@ -68,6 +68,49 @@ _LARGEST, _SHARE = 2, 0.1
 """Most sources named in a cell, and their least share."""
 _NOTHING = 1e-9
 """Smaller errors, by rounding, are shown as zero."""
+
+
+class SourceShares(TypedDict):
+    """The root mean square over all runs of what a phase adds, in one of three units, and the sources' shares of it."""
+
+    horizontal_sigma_m: NotRequired[Number]
+    heading_sigma_arcmin: NotRequired[Number]
+    tilt_sigma_arcsec: NotRequired[Number]
+    shares: dict[str, float]
+
+
+class PhaseSpan(TypedDict):
+    """A phase of a solution."""
+
+    phase: str
+    from_s: float
+    to_s: float
+
+
+class PhaseErrors(TypedDict):
+    """The errors at the end of a phase, and what it added."""
+
+    horizontal_error_m: float
+    horizontal_added_m: float
+    height_error_m: float
+    height_added_m: float
+    velocity_error_mps: float
+    velocity_added_mps: float
+    heading_error_arcmin: float
+    heading_added_arcmin: float
+    tilt_error_arcsec: float
+    tilt_added_arcsec: float
+
+
+class PhaseNumbers(PhaseSpan, PhaseErrors):
+    """A phase with its errors, and with their sources or the reason why these are unknown."""
+
+    sources: NotRequired[dict[str, SourceShares]]
+    no_sources: NotRequired[str]
+
+
+PhasesEntry = dict[str, list[PhaseNumbers]]
+"""The phases by solution."""
 
 
 @dataclass(frozen=True)
@@ -121,19 +164,13 @@ def phases_of(events: Iterable[FlightEvent], driven: bool = False) -> list[Phase
     return phases if len(phases) > 1 else []
 
 
-def phase_rows(phases: Sequence[Phase], time: Array, fine: bool) -> list[dict[str, Any]]:
-    """Return the phases of a solution: an alignment before its first row, the rest of the standstill after it, and
+def phase_rows(phases: Sequence[Phase], time: Array, fine: bool) -> list[PhaseSpan]:
+    """Return the phases of a solution at the times (N,) s; those outside the solution are left out.
 
-    none that begins after its last row, where a filter has diverged.
-
-    Args:
-        time: times of the solution, (N,) s.
-        fine: whether the solution goes on aligning itself while the vehicle stands, by zero velocity.
-
-    Returns:
-        For each phase `phase`, `from_s` and `to_s`; those outside the solution are left out.
+    These are an alignment before its first row, the rest of the standstill after it, and none that begins after its
+    last row, where a filter has diverged. A `fine` alignment goes on while the vehicle stands, by zero velocity.
     """
-    rows: list[dict[str, Any]] = []
+    rows: list[PhaseSpan] = []
     start, end = float(time[0]), float(time[-1])
     for phase in phases:
         begin, name = phase.start, phase.name
@@ -151,28 +188,18 @@ def phase_rows(phases: Sequence[Phase], time: Array, fine: bool) -> list[dict[st
 
 def phase_numbers(
     phases: Sequence[Phase], time: Array, error_at: Callable[[NDArray[np.intp]], NavError], fine: bool = False
-) -> list[dict[str, Any]]:
-    """Return the errors of a solution at the end of each phase, and what the phase added.
-
-    Args:
-        time: times of the solution, (N,) s.
-        fine: as for `phase_rows`.
-
-    Returns:
-        For each phase its name, beginning and end, and the errors: `_error_` at its end and `_added_` within it, of
-        horizontal position, height, velocity, heading and tilt.
-    """
+) -> list[PhaseNumbers]:
+    """Return the errors of a solution at the end of each phase, and what the phase added; see `phase_rows`."""
     rows = phase_rows(phases, time, fine)
     ends = np.searchsorted(time, [row["to_s"] - 1e-9 for row in rows])
     edges = np.concatenate([[0], np.minimum(ends, len(time) - 1)]).astype(np.intp)
     error = error_at(edges)
-    for number, row in enumerate(rows, start=1):
-        aligned = number == 1 and row["phase"] == "alignment"
-        row.update(_errors(error, number, None if aligned else number - 1))
-    return rows
+    aligned = bool(rows) and rows[0]["phase"] == "alignment"
+    errors = (_errors(error, k + 1, None if aligned and k == 0 else k) for k in range(len(rows)))
+    return [cast("PhaseNumbers", {**row, **numbers}) for row, numbers in zip(rows, errors, strict=True)]
 
 
-def _errors(error: NavError, end: int, begin: int | None) -> dict[str, float]:
+def _errors(error: NavError, end: int, begin: int | None) -> PhaseErrors:
     """Return the errors in a row, and their change since another; since nothing if there is none."""
 
     def of(values: Array, unit: float = 1.0) -> tuple[float, float]:
@@ -184,20 +211,25 @@ def _errors(error: NavError, end: int, begin: int | None) -> dict[str, float]:
         now = float(values[end]) / unit
         return now, now - (0.0 if begin is None else float(values[begin]) / unit)
 
-    numbers: dict[str, float] = {}
-    for name, (value, added) in {
-        "horizontal_{}_m": of(error.position_ned[:, :2]),
-        "height_{}_m": signed(-error.position_ned[:, 2]),
-        "velocity_{}_mps": of(error.velocity_ned),
-        "heading_{}_arcmin": signed(-error.attitude[:, 2], units.ARCMIN),
-        "tilt_{}_arcsec": of(error.attitude[:, :2], units.ARCSEC),
-    }.items():
-        numbers[name.format("error")], numbers[name.format("added")] = value, added
-    return numbers
+    horizontal, velocity = of(error.position_ned[:, :2]), of(error.velocity_ned)
+    height, heading = signed(-error.position_ned[:, 2]), signed(-error.attitude[:, 2], units.ARCMIN)
+    tilt = of(error.attitude[:, :2], units.ARCSEC)
+    return {
+        "horizontal_error_m": horizontal[0],
+        "horizontal_added_m": horizontal[1],
+        "height_error_m": height[0],
+        "height_added_m": height[1],
+        "velocity_error_mps": velocity[0],
+        "velocity_added_mps": velocity[1],
+        "heading_error_arcmin": heading[0],
+        "heading_added_arcmin": heading[1],
+        "tilt_error_arcsec": tilt[0],
+        "tilt_added_arcsec": tilt[1],
+    }
 
 
 @dataclass(frozen=True)
-class Phases(Part):
+class Phases(Part[PhasesEntry]):
     """The phases of a run's mission.
 
     Attributes:
@@ -217,18 +249,18 @@ class Phases(Part):
         """The phases in order."""
         return _phases(self.run)
 
-    def numbers(self) -> dict[str, list[dict[str, Any]]]:
+    def numbers(self) -> PhasesEntry:
         """Return the errors of each inertial solution by phase, for `summary.json`."""
         return {name: phase_numbers(self.phases, error.time, error.rows) for name, error in self.run.errors.items()}
 
-    def explain(self, numbers: dict[str, list[dict[str, Any]]]) -> Self:
+    def explain(self) -> Self:
         """Add the sources of what each phase adds."""
         budgets = budgets_of_phases(self.run, self.phases)
-        for rows in numbers.values():
+        for rows in self.entry.values():
             add_sources(rows, budgets["inertial"], float(self.run.truth.time[0]))
         return replace(self, budgets=budgets)
 
-    def with_filter(self, numbers: dict[str, list[dict[str, Any]]]) -> dict[str, list[dict[str, Any]]]:
+    def with_filter(self) -> PhasesEntry:
         """Return the errors with those of the aided solution."""
         aided, aiding = self.aided, self.run.scenario.aiding
         assert aided is not None
@@ -236,7 +268,7 @@ class Phases(Part):
         rows = phase_numbers(self.phases, aided.estimate.solution.time, aided.error_at, fine)
         if "filter" in self.budgets:
             add_sources(rows, self.budgets["filter"], float(self.run.truth.time[0]))
-        return {**numbers, "aided": rows}
+        return {**self.entry, "aided": rows}
 
     def brief(self, algorithms: Mapping[str, ErrorNumbers]) -> Iterator[Item]:
         """Yield the tables for the console."""
@@ -247,7 +279,7 @@ class Phases(Part):
         yield from tables(self.entry, "page")
 
 
-def tables(entry: Mapping[str, Sequence[Mapping[str, Any]]], medium: Medium) -> Iterator[Item]:
+def tables(entry: Mapping[str, Sequence[PhaseNumbers]], medium: Medium) -> Iterator[Item]:
     """Yield what each phase added to the errors of each solution, and the sources of that."""
 
     def titled(title: str, plain: str, columns: tuple[Column, ...], rows: Sequence[Sequence[str]]) -> Item:
@@ -257,8 +289,11 @@ def tables(entry: Mapping[str, Sequence[Mapping[str, Any]]], medium: Medium) -> 
 
     heads = (Column("phase", words=True), Column("from … to", fixed("s")), *_HEADS.values())
     for name, rows in entry.items():
-        cells = [[row["phase"], f"{row['from_s']:.0f} … {row['to_s']:.0f}", *(_cell(row[key]) for key in _HEADS)]
-                 for row in rows]  # fmt: skip
+        numbers = cast("Sequence[Mapping[str, Number]]", rows)
+        cells = [
+            [row["phase"], f"{row['from_s']:.0f} … {row['to_s']:.0f}", *(_cell(values[key]) for key in _HEADS)]
+            for row, values in zip(rows, numbers, strict=True)
+        ]
         yield titled(name, f"{name}: what each phase added", heads, cells)
     if entry:
         yield Sentence(_NOTE, "note", on=(medium,))
@@ -276,19 +311,19 @@ def tables(entry: Mapping[str, Sequence[Mapping[str, Any]]], medium: Medium) -> 
         yield Sentence(_SOURCE_NOTE, "note", on=(medium,))
 
 
-def _cell(value: float | None) -> str:
+def _cell(value: Number) -> str:
     """Write a number with three significant digits."""
     if value is None or not np.isfinite(value):
         return "–"
     return "0" if abs(value) < _NOTHING else signed(value, 3)
 
 
-def _of_sources(sources: Mapping[str, Any], what: str) -> str:
+def _of_sources(sources: Mapping[str, SourceShares], what: str) -> str:
     """Write the root mean square and the largest sources."""
     key, entry = _QUANTITIES[what][1], sources[what]
     largest = [(name, share) for name, share in entry["shares"].items() if share >= _SHARE][:_LARGEST]
     of = ", ".join(f"{name} {100.0 * share:.0f}\u00a0%" for name, share in largest)
-    size = _cell(entry[key])
+    size = _cell(cast("Mapping[str, Number]", entry)[key])
     return size if size == "0" else f"{size} {key.rpartition('_')[2]}: {of}"
 
 
@@ -318,16 +353,8 @@ def budgets_of_phases(run: Navigated, phases: Sequence[Phase]) -> dict[str, Budg
     return budgets
 
 
-def add_sources(rows: Sequence[dict[str, Any]], budget: BudgetResult | str, start: float) -> None:
-    """Add the sources to the phases of a solution.
-
-    Args:
-        rows: phases of a solution, from `phase_numbers`; changed: each gets `sources`, the root mean square over all
-            runs of what the phase added to the horizontal position, the heading and the tilt, and the shares of the
-            sources in its square; or `no_sources`, the reason.
-        budget: result of `phase_budget`.
-        start: beginning of the run, s.
-    """
+def add_sources(rows: Sequence[PhaseNumbers], budget: BudgetResult | str, start: float) -> None:
+    """Add the sources to the phases of a solution, or the reason why there are none; the run begins at `start`, s."""
     for row in rows:
         if isinstance(budget, str) or budget.added is None:
             row["no_sources"] = budget if isinstance(budget, str) else "no phase ends after the navigation begins."
@@ -338,7 +365,5 @@ def add_sources(rows: Sequence[dict[str, Any]], budget: BudgetResult | str, star
         row["sources"] = {}
         for name, (components, key, unit) in _QUANTITIES.items():
             square, of = shares.shares(near, components)
-            row["sources"][name] = {
-                key: square / unit,
-                "shares": {source: share for source, share in of if share >= _SMALLEST},
-            }
+            listed = {source: share for source, share in of if share >= _SMALLEST}
+            row["sources"][name] = cast("SourceShares", {key: square / unit, "shares": listed})

@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Log(Part):
+class Log(Part["LogNumbers"]):
     """The recording of a run on recorded sensors."""
 
     name, title, place = "log", "The recording", "motion"

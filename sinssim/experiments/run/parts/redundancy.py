@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Literal, NotRequired, TypedDict
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from sinssim.charts import PAIR, Axis, Chart, Charts, Line, Rule, over
 from sinssim.data import Array
 from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
 from sinssim.experiments.run.run_result import Part, side_by_side
+from sinssim.experiments.run.summary_types import ErrorNumbers, Number
 from sinssim.formatting import capital, number_text, signed
 from sinssim.recording.streams import Stream, other_error_stream
 from sinssim.scenario.plan_summary import redundant_words
@@ -25,7 +26,6 @@ from sinssim.truth.sampling import FlightEvent
 from sinssim.units import fixed
 
 if TYPE_CHECKING:
-    from sinssim.experiments.run.summary_types import ErrorNumbers
     from sinssim.sensors.sets.fault_detection import Alarm, Monitored
     from sinssim.strapdown.navigation_error import NavError
 
@@ -36,8 +36,46 @@ _SHOWN = 2.0
 """The axis of the statistics ends at so many thresholds."""
 
 
+class AlarmNumbers(TypedDict):
+    """A fault that was detected; the sensor and its exclusion are None if it was not isolated."""
+
+    detected_s: float
+    window_s: float
+    statistic: float
+    threshold: float
+    last_s: float
+    excluded_s: Number
+    sensor: int | None
+
+
+class MonitoringNumbers(TypedDict):
+    """The tests of the sensors of one kind, the smallest faults that they find, and their alarms."""
+
+    windows_s: list[float]
+    tests: int
+    false_alarms_expected_at_most: float
+    smallest_fault_deg_h: NotRequired[list[list[Number]]]
+    smallest_fault_ug: NotRequired[list[list[Number]]]
+    alarms: list[AlarmNumbers]
+    used_at_end: list[int]
+
+
+class RedundancyNumbers(TypedDict):
+    """A redundant set of sensors: its geometry, its monitoring, and the errors without it."""
+
+    monitoring: str
+    sensors: int
+    trace_of_covariance: float
+    least_trace: float
+    false_alarm_probability: NotRequired[float]
+    missed_detection_probability: NotRequired[float]
+    gyro: NotRequired[MonitoringNumbers]
+    accel: NotRequired[MonitoringNumbers]
+    without_monitoring: NotRequired[ErrorNumbers]
+
+
 @dataclass(frozen=True)
-class Redundancy(Part):
+class Redundancy(Part[RedundancyNumbers]):
     """The monitoring of a run's redundant set."""
 
     name, title, place = "redundancy", "Monitoring of the redundant sensors", "sensors"
@@ -61,7 +99,7 @@ class Redundancy(Part):
             return None
         return what_if(self.run, next(iter(self.run.solutions)), unmonitored(readings, of.axes))
 
-    def numbers(self) -> Mapping[str, Any]:
+    def numbers(self) -> RedundancyNumbers:
         """Return the results of the monitoring, for `summary.json`."""
         of = self.run.scenario.imu.sensor_set
         assert isinstance(of, Redundant)
@@ -124,7 +162,7 @@ class Redundancy(Part):
         yield Section(f"With and without monitoring: {name}", [both, Sentence(note, "note")])
 
 
-def sentences(numbers: Mapping[str, Any], algorithms: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
+def sentences(numbers: RedundancyNumbers, algorithms: Mapping[str, ErrorNumbers]) -> Iterator[str]:
     """Yield the results of the monitoring in words.
 
     Args:
@@ -135,11 +173,11 @@ def sentences(numbers: Mapping[str, Any], algorithms: Mapping[str, Mapping[str, 
         yield "The sensors of the redundant set are not monitored: all of them are always used."
         return
     quiet = True
-    for kind, name in NAMES.items():
-        for alarm in numbers[kind]["alarms"]:
+    for monitored, name in ((numbers["gyro"], NAMES["gyro"]), (numbers["accel"], NAMES["accel"])):
+        for alarm in monitored["alarms"]:
             quiet = False
             over = f"by sums over {alarm['window_s']:g} s"
-            if alarm["window_s"] == numbers[kind]["windows_s"][0]:
+            if alarm["window_s"] == monitored["windows_s"][0]:
                 over = "by a single sample"
             if alarm["sensor"] is None:
                 why = "" if numbers["monitoring"] == "detect" else ", but the faulty sensor could not be identified"
@@ -161,10 +199,10 @@ def sentences(numbers: Mapping[str, Any], algorithms: Mapping[str, Mapping[str, 
         end, most = errors["final_horizontal_error_m"], errors["max_horizontal_error_m"]
         if end is not None and without["final_horizontal_error_m"] is not None:
             alone = (without[f"{when}_horizontal_error_m"] for when in ("final", "max"))
-            own_end, own_most, end, most = (number_text(value, 4) for value in (end, most, *alone))
+            with_end, with_most, free_end, free_most = (number_text(v, 4) for v in (end, most, *alone))
             yield (
-                f"Horizontal error of {name} with monitoring: {own_end} m at the end, {own_most} m at most; without "
-                f"monitoring: {end} m at the end, {most} m at most."
+                f"Horizontal error of {name} with monitoring: {with_end} m at the end, {with_most} m at most; without "
+                f"monitoring: {free_end} m at the end, {free_most} m at most."
             )
 
 
@@ -274,7 +312,9 @@ def window_names(windows: Array) -> list[str]:
     return ["sample", *(f"{window:.6g} s" for window in windows[1:])]
 
 
-def redundancy_numbers(section: Redundant, monitored: Sequence[Monitored], without: NavError | None) -> dict[str, Any]:
+def redundancy_numbers(
+    section: Redundant, monitored: Sequence[Monitored], without: NavError | None
+) -> RedundancyNumbers:
     """Return the results of the monitoring: numbers for `summary.json`.
 
     Args:
@@ -282,7 +322,7 @@ def redundancy_numbers(section: Redundant, monitored: Sequence[Monitored], witho
         without: errors of the first algorithm without monitoring, None if they are the same.
     """
     axes = section.axes
-    numbers: dict[str, Any] = {
+    numbers: RedundancyNumbers = {
         "monitoring": section.mode,
         "sensors": len(axes),
         "trace_of_covariance": dilution(axes),
@@ -292,22 +332,27 @@ def redundancy_numbers(section: Redundant, monitored: Sequence[Monitored], witho
         numbers["false_alarm_probability"] = section.false_alarm_probability
         numbers["missed_detection_probability"] = section.missed_detection_probability
     for sensors in monitored:
-        key, _, unit = UNITS[sensors.kind]
-        tests = int(np.isfinite(sensors.statistic).sum())
-        numbers[sensors.kind] = {
-            "windows_s": sensors.windows.tolist(),
-            "tests": tests,
-            "false_alarms_expected_at_most": tests * section.false_alarm_probability,
-            f"smallest_fault_{key}": (sensors.smallest / unit).tolist(),
-            "alarms": [_alarm(alarm) for alarm in sensors.alarms],
-            "used_at_end": (1 + np.flatnonzero(sensors.used[-1])).tolist(),
-        }
+        kind: Literal["gyro", "accel"] = "gyro" if sensors.kind == "gyro" else "accel"
+        numbers[kind] = _monitoring(sensors, section.false_alarm_probability)
     if without is not None:
         numbers["without_monitoring"] = error_numbers(without)
     return numbers
 
 
-def _alarm(alarm: Alarm) -> dict[str, Any]:
+def _monitoring(sensors: Monitored, false_alarm: float) -> MonitoringNumbers:
+    key, _, unit = UNITS[sensors.kind]
+    tests = int(np.isfinite(sensors.statistic).sum())
+    return {
+        "windows_s": sensors.windows.tolist(),
+        "tests": tests,
+        "false_alarms_expected_at_most": tests * false_alarm,
+        f"smallest_fault_{key}": (sensors.smallest / unit).tolist(),  # type: ignore[misc]
+        "alarms": [_alarm(alarm) for alarm in sensors.alarms],
+        "used_at_end": (1 + np.flatnonzero(sensors.used[-1])).tolist(),
+    }
+
+
+def _alarm(alarm: Alarm) -> AlarmNumbers:
     return {
         "detected_s": alarm.detected,
         "window_s": float(alarm.window),

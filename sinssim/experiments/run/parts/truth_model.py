@@ -8,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from sinssim.charts import PAIR, Axis, Chart, Charts, Line, over
 from sinssim.exhibits import Column, Item, Section, Sentence, Table
 from sinssim.experiments.run.run_result import Part
+from sinssim.recording.result import Json
 from sinssim.recording.streams import Stream, gravity_stream
 from sinssim.simulation.navigation_stage import Navigated
 from sinssim.simulation.truth_and_sensors import Truth
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Track(Part):
+class Track(Part[Mapping[str, Json]]):
     """The track of a run."""
 
     name, place = "track", "motion"
@@ -43,7 +44,7 @@ class Track(Part):
         assert scenario.track is not None
         return scenario.track.prepared(scenario.truth).fit
 
-    def numbers(self) -> Mapping[str, Any]:
+    def numbers(self) -> Mapping[str, Json]:
         """Return how far the motion passes from the track, for `summary.json`."""
         from sinssim.truth.track.track_curve import fit_numbers
 
@@ -87,7 +88,7 @@ class Track(Part):
 
 
 @dataclass(frozen=True)
-class TrueGravity(Part):
+class TrueGravity(Part[Mapping[str, Json]]):
     """The gravity field of a run whose true field is not normal gravity."""
 
     name, place = "gravity", "motion"
@@ -110,7 +111,7 @@ class TrueGravity(Part):
 
         return gravity_values(self._motion)
 
-    def numbers(self) -> Mapping[str, Any]:
+    def numbers(self) -> Mapping[str, Json]:
         """Return deflections and anomalies along the motion, for `summary.json`."""
         from sinssim.truth.true_gravity_disturbance import gravity_numbers
 

@@ -66,7 +66,7 @@ def test_a_platform_in_numbers() -> None:
         "max_commanded_rate_deg_h": pytest.approx(13.0), "max_rate_of_the_vehicle_deg_s": pytest.approx(3.0),
         "turned_deg": pytest.approx(3.0 + 1.04), "largest_difference_from_error_equations_m": 0.25,
     }  # fmt: skip
-    assert "strapdown" not in platform_numbers(solution, errors, ideal, None, None, None, ERROR)
+    assert "strapdown" not in platform_numbers(solution, errors, ideal, None, None, cause, ERROR)
 
 
 def test_a_platform_in_words() -> None:
