@@ -205,13 +205,8 @@ def reading_variances(
 ) -> dict[str, Array]:
     """Return the variance of every axis's mean reading over a session by source, (..., 3) (rad/s)² or (m/s²)².
 
-    Args:
-        sigma: standard deviations of the sensor block's errors.
-        gyro: ideal rates, (..., 3) rad/s.
-        accel: ideal specific forces, (..., 3) m/s².
-        duration: length of the session, s, broadcasting with the readings' leading shape.
-        method: see `Method`.
-        start: time from when the sensors were switched on to the session's first sample, s.
+    `gyro` and `accel` are the ideal readings, (..., 3) rad/s and m/s². The session lasts `duration` s, broadcasting
+    with their leading shape, and begins `start` s after the sensors were switched on.
     """
     check_sigmas(sigma)
     check_name("method", method, get_args(Method))
@@ -361,12 +356,16 @@ def set_sigma(
     gyro, accel = ideal_readings(*attitude, phi)
     each = np.asarray(duration, dtype=np.float64)[..., None] / count
     noise = reading_variances(sigma, gyro, accel, each)
-    turn = _Turn(each, sigma.warm_up, count)
+    position = np.arange(count)
+    earlier = np.minimum.outer(position, position) + 0.5 - np.eye(count) / 6.0  # within one position T/3
+    drift = _Drift(
+        each * (position + 0.5), mean_warmth(sigma.warm_up, each, each * position), each[..., None] * earlier
+    )
     zero = np.zeros_like(c.m)
     variances = []
     for by_rate, by_force in ((c.m, c.n), (zero, c.q), (zero, c.l), (c.p, c.r)):
-        variance = _carried(by_rate, gyro, accel, sigma.gyro, turn)
-        variance = variance + _carried(by_force, accel, accel, sigma.accel, turn)
+        variance = _carried(by_rate, gyro, accel, sigma.gyro, drift)
+        variance = variance + _carried(by_force, accel, accel, sigma.accel, drift)
         for source in AVERAGED:
             weight = by_rate if source in OF_GYROS else by_force
             if source in SLOW:  # hardly changes from one position to the next
@@ -377,29 +376,20 @@ def set_sigma(
     return Angles(*(np.sqrt(variance) for variance in variances))
 
 
-class _Turn:
-    """Drifts between successive positions of a set.
+class _Drift(NamedTuple):
+    """Drifts between successive positions of a set."""
 
-    Attributes:
-        middle: time to the middle of each position, (..., count) s.
-        warmth: mean temperature in each position, (..., count) K.
-        walk: covariance of the means of a unit random walk in the positions, (..., count, count) s.
-    """
-
-    def __init__(self, each: Array, warm_up: WarmUp, count: int) -> None:
-        number = np.arange(count)
-        self.middle = each * (number + 0.5)
-        self.warmth = mean_warmth(warm_up, each, each * number)
-        earlier = np.minimum.outer(number, number) + 0.5 - np.eye(count) / 6.0  # within one position T/3
-        self.walk = each[..., None] * earlier
+    middle: Array  # time to the middle of each position, (..., count) s
+    warmth: Array  # mean temperature in each position, (..., count) K
+    walk: Array  # covariance of the means of a unit random walk in the positions, (..., count, count) s
 
 
-def _carried(weight: Array, ideal: Array, force: Array, triad: TriadErrors, turn: _Turn) -> Array:
+def _carried(weight: Array, ideal: Array, force: Array, triad: TriadErrors, drift: _Drift) -> Array:
     """Return the variance by errors that are common to all positions or drift: (mean coefficient)² σ²."""
-    walk = np.einsum("...ki,...kl,...li->...", weight, turn.walk, weight) / weight.shape[-2] ** 2
+    walk = np.einsum("...ki,...kl,...li->...", weight, drift.walk, weight) / weight.shape[-2] ** 2
     variance = triad.rate_walk**2 * walk
     for term, sigma in triad.acting:
-        inputs, matrix = term.inputs(ideal, force, turn.warmth, turn.middle), len(term.shape) == 2
+        inputs, matrix = term.inputs(ideal, force, drift.warmth, drift.middle), len(term.shape) == 2
         mean = (weight[..., None] * inputs).mean(axis=-3) if matrix else (weight * inputs).mean(axis=-2)
         variance = variance + (mean**2 * sigma**2).sum(axis=(-2, -1) if matrix else -1)
     return np.asarray(variance)

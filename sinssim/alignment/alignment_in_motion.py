@@ -98,12 +98,9 @@ def align_in_motion(
 ) -> InMotion:
     """Find the attitude of a moving vehicle without prior knowledge.
 
-    Args:
-        imu: increments from before the first to after the last fix to be used; a minute or two.
-        position: "gnss-position".
-        velocity: "gnss-velocity"; those of a receiver that delays or averages them are valid before its positions.
-        sigma: standard deviations of the sensor block's errors.
-        gravity: one of `sinssim.GRAVITY_MODELS`.
+    The increments last from before the first to after the last fix to be used; a minute or two. The velocities of a
+    receiver that delays or averages them are valid before its positions. `sigma` are the standard deviations of the
+    sensor block's errors.
     """
     checked_increments(imu)
     shape = ellipsoid_by_name(ellipsoid)
@@ -290,16 +287,10 @@ def align_by_course(
 ) -> ByCourse:
     """Find the attitude of a land vehicle from its course.
 
-    Args:
-        imu: increments from the beginning to after the vehicle has set off.
-        position: "gnss-position", in the time of `imu`.
-        velocity: "gnss-velocity".
-        sigma: standard deviations of the sensor block's errors.
-        angles: pitch and yaw of the vehicle's axes in the block's, rad.
-        angles_sigma: 1σ of each of them, rad.
-
-    Returns:
-        State and covariance at the beginning of the data if the vehicle stands there, else at the first clear course.
+    The increments last from the beginning to after the vehicle has set off; `sigma` are the standard deviations of the
+    sensor block's errors, `angles` pitch and yaw of the vehicle's axes in the block's, and `angles_sigma` the 1σ of
+    each of them, rad. State and covariance are those at the beginning of the data if the vehicle stands there, else at
+    the first clear course.
     """
     checked_increments(imu)
     angles_sigma = number("angles_sigma", angles_sigma, "rad", low=0.0)

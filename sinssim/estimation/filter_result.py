@@ -323,7 +323,12 @@ def state_errors(
     Raises:
         InputError: truth and estimate have different numbers of rows.
     """
-    return _errors(model, estimate.solution, estimate.parameters, truth, parameters, ellipsoid)
+    errors = np.empty((len(estimate.solution.time), model.size))
+    nav = navigation_error(truth, estimate.solution, ellipsoid, model.axes)
+    errors[:, :9] = np.hstack([nav.position_ned, nav.velocity_ned, nav.attitude])
+    for name, value in estimate.parameters.items():
+        errors[:, model.slices[name]] = parameters.get(name, 0.0) - value
+    return errors
 
 
 def nominal_errors(
@@ -346,23 +351,8 @@ def nominal_errors(
     solution = NavSolution(history.time, n.latitude, n.longitude, n.height, n.velocity_ned, n.q_nb, unused, "")
     blocks = model.blocks[len(NAVIGATION) :]
     compensated = {block.name: history.compensated[:, model.slices[block.name]] for block in blocks}
-    return _errors(model, solution, compensated, truth, parameters, ellipsoid)
-
-
-def _errors(
-    model: ErrorModel,
-    solution: NavSolution,
-    estimated: dict[str, Array],
-    truth: NavState,
-    parameters: dict[str, Array],
-    ellipsoid: Ellipsoid,
-) -> Array:
-    errors = np.empty((len(solution.time), model.size))
-    nav = navigation_error(truth, solution, ellipsoid, model.axes)
-    errors[:, :9] = np.hstack([nav.position_ned, nav.velocity_ned, nav.attitude])
-    for name, value in estimated.items():
-        errors[:, model.slices[name]] = parameters.get(name, 0.0) - value
-    return errors
+    nominal = Smoothed(history.time, solution, compensated, history.covariance)
+    return state_errors(model, nominal, truth, parameters, ellipsoid)
 
 
 def corrected(state: NavState, error: Array, ellipsoid: Ellipsoid, axes: str = "north") -> NavState:

@@ -193,7 +193,7 @@ def algorithm_file(algorithm: str) -> AttitudeFile | EngineFile:
     if entry.problem:
         raise InputError(f"the algorithm {algorithm} cannot be used: {entry.problem}")
     if entry.path:
-        module, path = _own("algorithms", algorithm), entry.path
+        module, path = load_module(_item("algorithms", algorithm)), entry.path
     else:
         module, path = _loaded(f"algorithm {algorithm}", f"sinssim.strapdown.{entry.module}")
     if entry.windowed:
@@ -232,7 +232,8 @@ def _frame_functions(what: str, frame: str, protocol: type, *names: str) -> Any:
         module, path = _loaded(what, f"sinssim.strapdown.frames.{entry.file}")
         _check(what, module, path, protocol, compiled=False)
         return module
-    module, item = _own("frames", frame), _item("frames", frame)
+    item = _item("frames", frame)
+    module = load_module(item)
     _check(what, module, entry.path, protocol, compiled=False)
     return SimpleNamespace(**{name: explained(item, getattr(module, name), RunError) for name in names})
 
@@ -246,11 +247,6 @@ def check_own_files(algorithms: Iterable[str], frame: str) -> None:
         frame_file(frame)
         if FRAME_REGISTRY[frame].has_three_rates:
             three_rate_file(frame)
-
-
-def _own(kind: str, name: str) -> ModuleType:
-    """Run the file of an algorithm or a frame outside the package and return its module."""
-    return load_module(_item(kind, name))
 
 
 def _item(kind: str, name: str) -> Item:

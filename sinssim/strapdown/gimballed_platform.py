@@ -50,9 +50,10 @@ from sinssim.errors import InputError, RunError
 from sinssim.jit import bind, inline
 from sinssim.rotation.quaternions import Quaternion, Vector, multiply_k, quaternion_from_rotation_vector_k, rotate_k
 from sinssim.rotation.vectors import add, along, cross, mul, simpson, sub
-from sinssim.sensors.imu.error_kernel import FAULTY, LIMITED, STATES, Packed, advance, begin, draw_block, measure
+from sinssim.sensors.imu.error_kernel import FAULTY, LIMITED, STATES, Packed, advance, begin, draw_block, measure, pack
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.sets.gimballed_sensors import PlatformErrors, without_errors_of_turns
+from sinssim.statistics.random_numbers import key, normals
 from sinssim.strapdown.frames.azimuth import (
     FREE_AZIMUTH,
     TRANSVERSE,
@@ -271,29 +272,16 @@ def navigate_platform(
     height: ArrayLike | HeightReadings | None = None,
     **options: Unpack[Options],
 ) -> PlatformSolution:
-    """Navigate with a platform from a given initial state.
+    """Navigate with a platform from a given initial state, as its attitude says: the gimbals read it.
 
-    The gyros' scale factor, misalignment, non-linearity, quantisation and range do not act, because a platform holds
-    its gyros at null; all other errors act about the platform's axes.
-
-    Args:
-        time: edges of the intervals, (N+1,) s.
-        forces: what acts on the platform, from `inertial_forces`.
-        initial: computed state at time[0], scalars. The platform stands as its attitude says: the gimbals read it.
-        errors: errors of the gyros and accelerometers; none if not given.
-        of_platform: errors of torquers and pick-offs; none if not given.
-        seed: the run's seed, for the noises.
-        mechanization: of the navigator; its algorithm has no effect. In the frames "level", "wander", "free-azimuth"
-            and "transverse" the platform is level and turned with the frame; with "inertial" it keeps its direction in
-            inertial space, that of north, east and down at the start.
-        height: as for `navigate`.
-
-    Returns:
-        The solution at every edge. Its attitude is that of the gimbals.
+    `time` are the edges of the intervals, (N+1,) s, and `forces` what acts on the platform, from `inertial_forces`.
+    Without errors, sensors, torquers and pick-offs have none. The gyros' scale factor, misalignment, non-linearity,
+    quantisation and range do not act, because a platform holds its gyros at null; all other errors act about the
+    platform's axes. In the frames "level", "wander", "free-azimuth" and "transverse" the platform is level and turned
+    with the frame; with "inertial" it keeps its direction in inertial space, that of north, east and down at the start.
+    The algorithm of the mechanization has no effect; `height` is as for `navigate`. The attitude of the solution is
+    that of the gimbals.
     """
-    from sinssim.sensors.imu.error_kernel import pack
-    from sinssim.statistics.random_numbers import key
-
     of = replace(chosen(mechanization, options), algorithm=PLATFORM)  # which has no fast part: rates are refused
     frame = of.frame
     time, count = _checked(time, forces), len(forces.push)
@@ -317,7 +305,7 @@ def navigate_platform(
     q_ip[0] = rotation.multiply(forces.q_ib[0], rotation.conjugate(q_wb))
     q_wp = np.empty((0 if torqued else rows, 4))
     commanded, readings, drift = (np.empty((count, 3)) for _ in range(3))
-    flagged = _flagged(packed.active)
+    flagged = bool(packed.active & (FAULTY | LIMITED))
     flags = np.zeros((count if flagged else 0, 6), dtype=np.uint8)
     q_nb, no_defect = np.empty((rows, 4)), np.zeros(rows)
     _engine(form_of(of))(
@@ -367,17 +355,8 @@ def _read_gimbals(q_pb: Array, of_platform: PlatformErrors, seed: int) -> tuple[
     return gimbals, rotation.quaternion_from_euler(*gimbals.T)
 
 
-def _flagged(active: int) -> bool:
-    """Return whether the sensors can set flags."""
-    from sinssim.sensors.imu.error_kernel import FAULTY, LIMITED
-
-    return bool(active & (FAULTY | LIMITED))
-
-
 def _noise(seed: int, rows: int) -> Array:
     """Return the noise of the pick-offs, of 1σ = 1, (rows, 3)."""
-    from sinssim.statistics.random_numbers import normals
-
     return np.stack([normals(seed, "gimbal pick-off noise", axis, rows) for axis in range(3)], axis=1)
 
 

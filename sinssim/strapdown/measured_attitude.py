@@ -104,16 +104,10 @@ def navigate_by_attitude(
 ) -> NavSolution:
     """Navigate by velocity increments and measured attitudes.
 
-    Args:
-        time: edges of the intervals, increasing, (N+1,) s, N ≥ 5; inertial and Earth-fixed axes coincide at 0.
-        dvel: velocity increments in the moving body's axes, (N, 3) m/s.
-        q_ib: attitude relative to inertial space measured at the edges, unit quaternions, (N+1, 4); it must turn by
-            well under half a turn between edges.
-        initial: state at time[0], scalars; its attitude is not used.
-        height: reference height for the vertical channel, (N+1,) m, as for `navigate`.
-
-    Returns:
-        The solution at every edge; its attitude is the measured one, referred to the computed place.
+    `time` are the edges of N ≥ 5 intervals, (N+1,) s; inertial and Earth-fixed axes coincide at 0. `dvel` are the
+    increments in the moving body's axes, (N, 3) m/s, and q_ib the attitudes at the edges, (N+1, 4), which must turn by
+    well under half a turn between edges. The attitude of `initial` is not used; `height` is as for `navigate`. The
+    attitude of the solution is the measured one, referred to the computed place.
     """
     time, dvel, q_ib, defect = _checked(time, dvel, q_ib)
     count = len(dvel)

@@ -231,20 +231,10 @@ _NO_REFERENCE = np.empty(0)
 class Segments:
     """Pure inertial navigation with a free vertical channel over any segment of the data from any state.
 
-    Args:
-        imu: increments of the whole run.
-        mechanization: algorithm, frame, models and rates; the algorithm is a set of parts, any but
-            functional-iteration. Slow quantities have no earlier value at the start of a segment and are held for one
-            slow interval; without a route, the transverse frame follows the great circle along the velocity at the
-            start of each segment.
-        field: the disturbing field that the navigator knows beside normal gravity; None for none.
-
-    Attributes:
-        time: times of the rows at which segments may begin and end, (N+1,) s.
-
-    Raises:
-        InputError: the data cannot be used, a name is unknown, an option would have no effect, or the algorithm
-            navigates by windows.
+    The algorithm is a set of parts, any but functional-iteration. Slow quantities have no earlier value at the start of
+    a segment and are held for one slow interval; without a route, the transverse frame follows the great circle along
+    the velocity at the start of each segment. `field` is the disturbing field that the navigator knows beside normal
+    gravity. Segments begin and end at the rows `time`, s.
     """
 
     def __init__(

@@ -394,19 +394,10 @@ def closed_form(
 ) -> PlaneErrors:
     """Return the errors of a body at rest by constant errors: (8.13), (8.15) and what else is constant.
 
-    Args:
-        time: since the start, (N,) s.
-        errors: the constant errors.
-        gravity: m/s².
-        radius: radius of the Earth, m.
+        Δy = (Δa/g − Δα_g)(1 − cos ω_s t) − Δω (t − sin ω_s t/ω_s) − Δω̇ (t²/2 − (1 − cos ω_s t)/ω_s²)
+             + Δy₀ cos ω_s t + ΔV₀ sin ω_s t/(ω_s R)
 
-    Returns:
-        The errors,
-
-            Δy = (Δa/g − Δα_g)(1 − cos ω_s t) − Δω (t − sin ω_s t/ω_s) − Δω̇ (t²/2 − (1 − cos ω_s t)/ω_s²)
-                 + Δy₀ cos ω_s t + ΔV₀ sin ω_s t/(ω_s R),
-
-        with ΔV = R dΔy/dt and Δα = Δα_g + Δω t + Δω̇ t²/2 + Δy.
+    with ΔV = R dΔy/dt and Δα = Δα_g + Δω t + Δω̇ t²/2 + Δy.
     """
     t, w = numbers("time", time), schuler_rate(gravity, radius)
     gravity = number("gravity", gravity, "m/s²", low=POSITIVE)

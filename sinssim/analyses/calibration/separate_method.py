@@ -93,31 +93,6 @@ _FLOOR = (1e-10, 1e-8)
 """1σ added to an integral of gyros, rad, and of accelerometers, m/s, against noiseless sensors."""
 
 
-class _Table:
-    """The errors of the table as nuisances in units of their 1σ: tilt, positions, axes."""
-
-    def __init__(self, task: Task) -> None:
-        count = len(task.attitude)
-        turns = count - 1
-        tilt, position = task.tilt_sigma, task.position_sigma
-        self.sigma = np.concatenate([np.full(3, tilt), np.full(3 * count, position), np.full(3 * turns, position)])
-        self.uncertain = self.sigma > 0.0
-        self.values = np.zeros(len(self.sigma))  # rad
-        self.positions = count
-
-    @property
-    def tilt(self) -> Array:
-        return self.values[:3]
-
-    @property
-    def position(self) -> Array:
-        return self.values[3 : 3 + 3 * self.positions].reshape(-1, 3)
-
-    @property
-    def axis(self) -> Array:
-        return self.values[3 + 3 * self.positions :].reshape(-1, 3)
-
-
 def separate(task: Task) -> Estimate:
     """Estimate the parameters of a block by separate tests."""
     rates = task.section.use == "positions-and-rates"
@@ -128,25 +103,27 @@ def separate(task: Task) -> Estimate:
             np.linalg.cholesky(covariance_of_integrals(task.accel, task.dwells.seconds(task.imu.time), _FLOOR[1]))
         ),
     ]
-    table, values = _Table(task), np.zeros(len(task.known))
+    # nuisances: the errors of the table, in units of their 1σ
+    table_sigma = np.full(6 * len(task.attitude), task.position_sigma)
+    table_sigma[:3] = task.tilt_sigma
+    uncertain, errors, values = table_sigma > 0.0, np.zeros(len(table_sigma)), np.zeros(len(task.known))
     final, trust = False, _first_trust(task, white)
     for number in range(1, _MOST + 1):
         imu = task.compensated(values)
-        residual, design, of_table = linearise(task, table.values, imu, rates, order)
-        r = np.concatenate([_whitened(w, x) for w, x in zip(white, residual, strict=True)])
-        a = np.concatenate([_whitened(w, x) for w, x in zip(white, design, strict=True)])
-        b = np.concatenate([_whitened(w, x) for w, x in zip(white, of_table, strict=True)])
-        b = (b * table.sigma)[:, table.uncertain]
-        prior = -(table.values / np.where(table.uncertain, table.sigma, 1.0))[table.uncertain]
-        r, a, b = trust * r, trust * a, trust * b
+        r, a, b = (
+            np.concatenate([_whitened(w, x) for w, x in zip(white, part, strict=True)])
+            for part in linearise(task, errors, imu, rates, order)
+        )
+        r, a, b = trust * r, trust * a, trust * (b * table_sigma)[:, uncertain]
+        prior = -(errors / np.where(uncertain, table_sigma, 1.0))[uncertain]
         solution = solve(r, a, b, prior, task.size, values, final)
         step = nuisances(r - a @ solution.correction, b, prior)
         values = values + solution.correction
-        table.values[table.uncertain] += table.sigma[table.uncertain] * step
+        errors[uncertain] += table_sigma[uncertain] * step
         sigma = np.sqrt(np.diag(solution.covariance))
         if final:
             left = r - a @ solution.correction - b @ step
-            return _estimate(task, values, solution, number, left, white, spans[order], table)
+            return _estimate(task, values, solution, number, left, white, spans[order], errors[:3])
         stands = np.all(np.abs(solution.correction) <= np.maximum(_STANDS * sigma, _ENOUGH * task.size)) and np.all(
             np.abs(step) <= _STANDS
         )
@@ -213,6 +190,12 @@ def _sums(values: Array, rows: Array) -> Array:
     return np.asarray(total[rows[:, 1]] - total[rows[:, 0]])
 
 
+def _parts(errors: Array) -> tuple[Array, Array, Array]:
+    """Return tilt, (3,), positions, (P, 3), and axes, (P − 1, 3), of the errors of the table, rad."""
+    count = len(errors) // 6
+    return errors[:3], errors[3 : 3 + 3 * count].reshape(-1, 3), errors[3 + 3 * count :].reshape(-1, 3)
+
+
 def linearise(
     task: Task, errors: Array, imu: ImuData, rates: bool, order: Rows
 ) -> tuple[tuple[Array, Array], tuple[Array, Array], tuple[Array, Array]]:
@@ -221,8 +204,7 @@ def linearise(
     Each is a pair, of the gyros in the `order` of time, and of the accelerometers. The residuals are (K, 3) rad and (P,
     3) m/s; `errors` of the table are tilt, positions and axes, one after the other, rad.
     """
-    count = len(task.attitude)
-    tilt, position = errors[:3], errors[3 : 3 + 3 * count].reshape(-1, 3)
+    tilt, position, axes = _parts(errors)
     exp = rotation.quaternion_from_rotation_vector
     q = rotation.multiply(exp(tilt), rotation.multiply(task.attitude, exp(position)))
     c = np.swapaxes(rotation.dcm_from_quaternion(q), -1, -2)  # block from north-east-down, (P, 3, 3)
@@ -232,9 +214,9 @@ def linearise(
     measured = [_sums(imu.dtheta, task.dwells.rows), _sums(imu.dvel, task.dwells.rows)]
     residual = [measured[0] - length * spin, measured[1] - length * force]
     of_table = [_of_dwells(c, spin, task.earth_rate, length), _of_dwells(c, force, task.force, length)]
-    additive = _additive(tilt, position, errors[3 + 3 * count :].reshape(-1, 3))
+    additive = _additive(tilt, position, axes)
     lengths = [length[:, 0], length[:, 0]]
-    if rates and count > 1:
+    if rates and len(position) > 1:
         turned = _sums(imu.dtheta, task.dwells.turns)
         expected, jacobian = _turns(task, errors, imu, c, spin)
         measured[0] = np.concatenate([measured[0], turned])
@@ -281,7 +263,7 @@ def _of_dwells(c: Array, measured: Array, of_place: Array, length: Array) -> Arr
 def _turns(task: Task, errors: Array, imu: ImuData, c: Array, spin: Array) -> tuple[Array, Array]:
     """Return the expected integrals of the turns, (P − 1, 3) rad, and their derivatives to the errors of the table."""
     count = len(c)
-    position, axes = errors[3 : 3 + 3 * count].reshape(-1, 3), errors[3 + 3 * count :].reshape(-1, 3)
+    _, position, axes = _parts(errors)
     expected, jacobian = np.zeros((count - 1, 3)), np.zeros((count - 1, 3, len(errors)))
     mean = np.empty((3, 3))
     for k, (first, last) in enumerate(task.dwells.turns):
@@ -304,10 +286,10 @@ def _turns(task: Task, errors: Array, imu: ImuData, c: Array, spin: Array) -> tu
 
 def _estimate(
     task: Task, values: Array, solution: Solution, number: int, left: Array, white: list[Array], spans: Array,
-    table: _Table,
+    tilt: Array,
 ) -> Estimate:  # fmt: skip
     count = 3 * len(white[0])
     gyro = np.linalg.solve(white[0], left[:count].reshape(-1, 3)) / np.diff(spans, axis=1)
     length = np.diff(task.dwells.seconds(task.imu.time), axis=1)
     accel = np.linalg.solve(white[1], left[count:].reshape(-1, 3)) / length
-    return Estimate(values, solution, number, gyro, accel, left, table.tilt.copy())
+    return Estimate(values, solution, number, gyro, accel, left, tilt.copy())

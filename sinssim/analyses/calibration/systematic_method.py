@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import rotation
-from sinssim.analyses.calibration.calibration_problem import Estimate, Solution, Task, nuisances, solve
+from sinssim.analyses.calibration.calibration_problem import Estimate, Task, nuisances, solve
 from sinssim.data import Array, ImuData
 from sinssim.errors import RunError
 from sinssim.jit import inline, kernel
@@ -305,7 +305,8 @@ def systematic(task: Task) -> Estimate:
         values = values + solution.correction
         q = rotation.multiply(rotation.quaternion_from_rotation_vector(prior_sigma * step), q)
         if final:
-            return _estimate(task, values, solution, number, rest - b @ step)
+            left = rest - b @ step
+            return Estimate(values, solution, number, np.empty((0, 3)), left.reshape(-1, 3), left)
         sigma = np.sqrt(np.diag(solution.covariance))
         final = bool(np.all(np.abs(solution.correction) <= np.maximum(_STANDS * sigma, _ENOUGH * task.size)))
     raise RunError(
@@ -411,7 +412,3 @@ def _levelled(task: Task, imu: ImuData) -> Array:
     angle = float(np.arctan2(size, measured @ true))
     turn = axis / size * angle if size > 0.0 else np.zeros(3)
     return rotation.multiply(rotation.quaternion_from_rotation_vector(turn), task.attitude[0])
-
-
-def _estimate(task: Task, values: Array, solution: Solution, number: int, left: Array) -> Estimate:
-    return Estimate(values, solution, number, np.empty((0, 3)), left.reshape(-1, 3), left)

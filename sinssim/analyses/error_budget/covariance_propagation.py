@@ -28,13 +28,17 @@ from sinssim import earth, rotation
 from sinssim.analyses.error_budget.error_dynamics import TrueMotion, exponential
 from sinssim.analyses.error_budget.error_sources import (
     SensorAngle,
-    SensorConstant,
-    SensorGiven,
-    SensorNoise,
-    SensorProcess,
 )
 from sinssim.analyses.error_budget.share_propagation import Propagation, Reading
-from sinssim.analyses.error_budget.source_shares import Marks, Shares, Snapshot, StepEffects, snapshot, step_effects
+from sinssim.analyses.error_budget.source_shares import (
+    Marks,
+    Shares,
+    Snapshot,
+    StepEffects,
+    sensor_effects,
+    snapshot,
+    step_effects,
+)
 from sinssim.data import Array, Measurements
 from sinssim.estimation.error_dynamics import NominalMotion, driving_noise
 from sinssim.estimation.linearisation import (
@@ -306,7 +310,7 @@ class Consider:
         core[:, :CORE] = h_true[:, :CORE]
         gyro = h_true[:, slices["gyro bias"]]
         through_blocks = {name: h_true[:, where] for name, where in slices.items()}
-        constants, processes, noise = _sensor_effects(shares, data.label, through_blocks, reading.residual)
+        constants, processes, noise = sensor_effects(shares, data.label, through_blocks, reading.residual)
         constants[:, : shares.inertial] = gyro @ self._mean_errors[:3, : shares.inertial]
         c_nb = self._c_nb[reading.sensor, reading.row]
         for inertial in shares.noises:
@@ -522,32 +526,6 @@ def _readings_at(time: Array, readings: HeightErrors | None) -> tuple[NDArray[np
     return at_boundary, overdue
 
 
-def _sensor_effects(
-    shares: Shares, label: str, through: Mapping[str, Array], given: Array
-) -> tuple[Array, dict[str, Array], dict[str, Array]]:
-    """Return H_θ, H_y by process and variance by white noise of the aiding sensors' errors in a reading of k numbers.
-
-    `through` are the effects of the blocks of states, (k, n) each, and `given` are the errors equal in every run.
-    """
-    constants = np.zeros((len(given), shares.count))
-    processes: dict[str, Array] = {}
-    noise: dict[str, Array] = {}
-    for sensor in shares.sensors:
-        name = sensor.source.name
-        if isinstance(sensor, SensorNoise):
-            if sensor.label == label:
-                noise[name] = sensor.sigma**2
-        elif isinstance(sensor, SensorGiven):
-            if sensor.label == label:
-                constants[:, shares.parts[name][0]] = given[:, None]
-        elif isinstance(sensor, SensorConstant | SensorProcess) and through.get(sensor.block, np.zeros(1)).any():
-            if isinstance(sensor, SensorConstant):
-                constants[:, shares.parts[name][0]] = through[sensor.block]
-            else:
-                processes[name] = through[sensor.block]
-    return constants, processes, noise
-
-
 def _height_reading(shares: Shares, readings: HeightErrors, number: int) -> Reading:
     """Return the correction that replaces the held error by −δr_D − δh_ref."""
     gain = np.zeros((STATES, 1))
@@ -559,4 +537,4 @@ def _height_reading(shares: Shares, readings: HeightErrors, number: int) -> Read
         f"{readings.label} bias": -np.ones((1, 1)),
     }
     given = np.array([-readings.given[number]])
-    return Reading(gain, core, *_sensor_effects(shares, readings.label, through, given))
+    return Reading(gain, core, *sensor_effects(shares, readings.label, through, given))

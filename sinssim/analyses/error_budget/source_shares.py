@@ -99,6 +99,32 @@ def _sizes(sensor: SensorSource) -> Array | None:
     return np.ones(1) if isinstance(sensor, SensorGiven) else None
 
 
+def sensor_effects(
+    shares: Shares, label: str, through: Mapping[str, Array], given: Array
+) -> tuple[Array, dict[str, Array], dict[str, Array]]:
+    """Return H_θ, H_y by process and variance by white noise of the aiding sensors' errors in a reading of k numbers.
+
+    `through` are the effects of the blocks of states, (k, n) each, and `given` are the errors equal in every run.
+    """
+    constants = np.zeros((len(given), shares.count))
+    processes: dict[str, Array] = {}
+    noise: dict[str, Array] = {}
+    for sensor in shares.sensors:
+        name = sensor.source.name
+        if isinstance(sensor, SensorNoise):
+            if sensor.label == label:
+                noise[name] = sensor.sigma**2
+        elif isinstance(sensor, SensorGiven):
+            if sensor.label == label:
+                constants[:, shares.parts[name][0]] = given[:, None]
+        elif isinstance(sensor, SensorConstant | SensorProcess) and through.get(sensor.block, np.zeros(1)).any():
+            if isinstance(sensor, SensorConstant):
+                constants[:, shares.parts[name][0]] = through[sensor.block]
+            else:
+                processes[name] = through[sensor.block]
+    return constants, processes, noise
+
+
 class Snapshot(NamedTuple):
     """The shares of the navigation errors at one instant."""
 

@@ -204,15 +204,10 @@ class AllanDeviation:
 def allan_deviation(
     increments: Array, interval: float, samples: Sequence[int] | NDArray[np.int64] | None = None
 ) -> AllanDeviation:
-    """Compute the overlapping Allan deviation of a rate from its integrals over equal intervals.
+    """Compute the overlapping Allan deviation of a rate, rad/s or m/s², from its integrals over equal intervals, s.
 
-    Args:
-        increments: (N,) rad or m/s; their mean has no effect and is removed for precision.
-        interval: T, s.
-        samples: averaging times in intervals, each with 2m ≤ N; by default ten per decade up to a third of the record.
-
-    Returns:
-        The Allan deviation, in rad/s or m/s².
+    The mean of the increments, (N,) rad or m/s, has no effect and is removed for precision. `samples` are averaging
+    times in intervals, each with 2m ≤ N; by default ten per decade up to a third of the record.
     """
     increments = doubles("increments", increments)
     interval = number("interval", interval, "s", low=POSITIVE)
@@ -251,15 +246,9 @@ def degrees_of_freedom(
     """Return the equivalent degrees of freedom ν of overlapping Allan variances, (M,); infinite without noise.
 
     With the second differences z, their covariance s and their number M, the variance of the mean square is (2/M) Σ_j
-    (1 − |j|/M) s_j². A ramp, which gives z the mean μ, adds 4μ²/M Σ_j (1 − |j|/M) s_j. The result is ν = 2 (s_0 + μ²)²
-    over this variance.
-
-    Args:
-        count: N, number of increments in the record.
-        interval: T, s.
-        samples: m, increments in each averaging time, (M,).
-        terms: the noise: terms and their coefficients, SI.
-        ramp: R, rad/s² or m/s³.
+    (1 − |j|/M) s_j². A ramp R, which gives z the mean μ, adds 4μ²/M Σ_j (1 − |j|/M) s_j. The result is ν = 2 (s_0 +
+    μ²)² over this variance. `count` is the number N of increments over `interval`, T, in the record, `samples` are m of
+    each averaging time, (M,), and `terms` the noise with its coefficients, SI.
     """
     freedom = np.empty(len(samples))
     smooth = [(term, c) for term, c in terms if c > 0.0 and term.symbol != "Q"]

@@ -224,13 +224,10 @@ class NoiseFit:
 
 
 def fit_noise(increments: Array, interval: float, correlation_time: float | None = None) -> NoiseFit:
-    """Identify the noise of one channel of a sensor at rest.
+    """Identify the noise of one channel of a sensor at rest, from integrals over equal intervals, (N,) rad or m/s.
 
-    Args:
-        increments: integrals of the rate over equal intervals, (N,) rad or m/s.
-        interval: T, s.
-        correlation_time: τ_b of a first-order Gauss-Markov bias, s, if it is known to exist; this term is then the last
-            to be dropped. If not given, such a term is searched for and included if significant.
+    `correlation_time` is τ_b of a first-order Gauss-Markov bias, s, if it is known to exist; this term is then the last
+    to be dropped. If not given, such a term is searched for and included if significant.
     """
     increments = doubles("increments", increments)
     interval = number("interval", interval, "s", low=_SHORTEST, high=1.0 / _SHORTEST)

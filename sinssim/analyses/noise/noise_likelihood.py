@@ -51,26 +51,22 @@ def rounding(count: int) -> float:
 
 
 class Bands:
-    """A record as bands of its cosine coefficients.
+    """A record as bands of its cosine coefficients, from the departures of its increments from their mean, (n,).
 
-    Args:
-        departures: the increments less their mean, (n,) rad or m/s.
-        interval: T, s.
-        largest: largest increment, whose digits limit those of the departures.
-
-    Attributes:
-        count: number of increments used; a few at the end may be dropped for a fast transform.
-        interval: T, s.
-        edges: first coefficient of each band, and the one after the last, (b+1,).
-        number: coefficients in each band, (b,).
-        power: sum of z² over each band.
-        shapes_z: sums of ramp or end effect times z, (3, b).
-        shapes: sums of products of ramp and end effects, (3, 3, b).
-        ramp: ramp subtracted from z, SI.
-        fourth: fourth cumulant of a single rounding error, if all white noise of the angle were such errors, SI.
-        floor: power of floating-point rounding errors, including those of times.
-        rounded: whether the record has no more power than that.
+    The last bits of `largest`, the largest increment, limit those of the departures.
     """
+
+    count: int  # increments used; a few at the end may be dropped for a fast transform
+    interval: float  # T, s
+    edges: NDArray[np.int64]  # first coefficient of each band, and the one after the last, (b+1,)
+    number: Array  # coefficients in each band, (b,)
+    power: Array  # sum of z² over each band
+    shapes_z: Array  # sums of ramp or end effect times z, (3, b)
+    shapes: Array  # sums of products of ramp and end effects, (3, 3, b)
+    ramp: float  # subtracted from z, SI
+    fourth: float  # fourth cumulant of a single rounding error, if all white noise of the angle were such errors, SI
+    floor: float  # power of floating-point rounding errors, including those of times
+    rounded: bool  # whether the record has no more power than that
 
     def __init__(self, departures: Array, interval: float, largest: float) -> None:
         from scipy.fft import dct, prev_fast_len
@@ -157,19 +153,11 @@ _CLOSE = 1e-5  # tolerance of the log-likelihood
 
 
 class Likelihood:
-    """The likelihood of a record for given terms, at its maximum and elsewhere.
+    """The likelihood of a record for p terms, at its maximum and elsewhere.
 
-    Args:
-        bands, terms, columns, weight: as the attributes.
-        start: initial c², (p,); from the record's power if not given.
-
-    Attributes:
-        bands: the record.
-        terms: p noise terms.
-        columns: mean power of each term in each band, (p, b).
-        weight: degrees of freedom of each band, (b,); the number of its coefficients, or fewer.
-        best: c² at the maximum of the likelihood, (p,).
-        top: the log-likelihood there.
+    The search begins at c² = `start`, (p,), or by the record's power; the maximum is `top`, at c² = `best`, (p,).
+    `columns` are the mean power of each term in each band, (p, b), and `weight` the degrees of freedom of each band,
+    (b,): the number of its coefficients, or fewer.
     """
 
     def __init__(
