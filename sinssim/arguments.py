@@ -6,6 +6,7 @@ array.
 
 from __future__ import annotations
 
+import sys
 import math
 from collections.abc import Collection, Iterable
 from typing import Any
@@ -21,12 +22,13 @@ _WRITEABLE, _BROADCAST = 0x400, 1 << 31  # NPY_ARRAY_WRITEABLE and NPY_ARRAY_WAR
 
 def numbers(name: str, values: Any) -> Array:
     """Return an argument as a contiguous writeable array of doubles; one that is such an array is returned itself."""
-    if isinstance(values, np.ma.MaskedArray):
-        if np.ma.is_masked(values):
+    masked = sys.modules.get("numpy.ma")  # nothing is masked before it is loaded
+    if masked is not None and isinstance(values, masked.MaskedArray):
+        if masked.is_masked(values):
             raise InputError(f"{name} is a masked array with values masked out; fill them or leave them out.")
         values = values.data
     try:
-        if isinstance(values, list | tuple) and any(value is np.ma.masked for value in values):
+        if masked is not None and isinstance(values, list | tuple) and any(v is masked.masked for v in values):
             raise TypeError("a value is masked out")
         array = np.asarray(values)
         if array.dtype.kind not in "iufO":

@@ -18,8 +18,10 @@ from sinssim.units import TIME_SCALE
 STYLE = (
     OF_ELEMENTS
     + """
-.charts { display: flex; flex-wrap: wrap; gap: .8rem 1.2rem; margin: .6rem 0 1.2rem; }
-.charts h4 { flex-basis: 100%; margin: .4rem 0 0; }
+.charts { display: grid; grid-template-columns: minmax(0, 1fr); gap: .8rem; margin: .6rem 0 1.2rem; }
+.charts h4 { margin: .4rem 0 0; } .row { display: flex; gap: 1.2rem; align-items: flex-start; }
+.row > svg { flex: 0 1 auto; min-width: 0; }
+@media screen and (max-width: 860px) { .row { flex-direction: column; } .row > svg { width: 100%; max-width: 44rem; } }
 """
     # lines in the colours of words are those of a dark page, too
     + f'svg [stroke="{style.INK}"] {{ stroke: var(--ink); }} svg [stroke="{style.SOFT}"] {{ stroke: var(--soft); }}\n'
@@ -54,11 +56,13 @@ def html_of(charts: Charts) -> str:
         again = [bool(chart.y.names) and number > 0 and chart.y.names == row[0].y.names
                  for number, chart in enumerate(row)]  # fmt: skip
         beside = _left(row[0], *_ranges(row[0])) if any(again) else 0.0  # names take no room from the first chart
+        drawn = []
         for column, (chart, part) in enumerate(zip(row, widths, strict=False)):
             width = (whole - beside) * part / sum(widths) + (0.0 if column else beside)
             hidden = again[column] or (column > 0 and "y" in charts.share)
             frame = _Frame(margin, aside, span, reach, names=not hidden)
-            body.append(svg_of(chart, width, height, frame, legend=charts.legend == "each"))
+            drawn.append(svg_of(chart, width, height, frame, legend=charts.legend == "each"))
+        body.append(drawn[0] if len(drawn) == 1 else f'<div class="row">{"".join(drawn)}</div>')
     note = f'<p class="note">{words(charts.note)}</p>' if charts.note else ""
     return f'<div class="charts">{"".join(body)}</div>{note}'
 

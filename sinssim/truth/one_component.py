@@ -236,7 +236,6 @@ class OneComponent(Source):
         return self
 
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 _BLOCK = 16384  # pieces integrated together, so that no temporary is as long as a run
 
 
@@ -313,15 +312,16 @@ class PlaneMotion:
 
     def _pieces(self, edges: Array) -> Iterator[Array]:
         """Yield the integrals of a_x, a_y and ẏ over smooth pieces, block by block, (B, 3)."""
+        nodes, weights = np.polynomial.legendre.leggauss(6)
         for first in range(0, len(edges) - 1, _BLOCK):
             ends = edges[first : first + _BLOCK + 1]
             half = 0.5 * np.diff(ends)[:, None]
-            time = (ends[:-1, None] + half * (1.0 + _NODES)).ravel()
+            time = (ends[:-1, None] + half * (1.0 + nodes)).ravel()
             state = self.state(time)
             c, s = np.cos(state.pitch), np.sin(state.pitch)
             turn = self._body_pitch(time, 1) - state.rate
             felt = (state.horizontal * c + state.vertical * s, state.vertical * c - state.horizontal * s, turn)
-            yield np.stack([half[:, 0] * (f.reshape(len(half), -1) @ _WEIGHTS) for f in felt], axis=1)
+            yield np.stack([half[:, 0] * (f.reshape(len(half), -1) @ weights) for f in felt], axis=1)
 
 
 def _curve(rows: tuple[Row, ...], smooth: bool, unit: float = 1.0) -> PPoly:
