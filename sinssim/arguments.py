@@ -6,8 +6,8 @@ array.
 
 from __future__ import annotations
 
-import sys
 import math
+import sys
 from collections.abc import Collection, Iterable
 from typing import Any
 

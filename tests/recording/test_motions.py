@@ -11,7 +11,7 @@ import pytest
 
 from sinssim.data import NavState
 from sinssim.errors import InputError
-from sinssim.experiments.run import plan_figure as plan
+from sinssim.experiments.run import plan_exhibits as plan
 from sinssim.experiments.run.error_exhibits import figure_charts
 from sinssim.recording.figures import figure_of
 from sinssim.recording.style import COLORS, colors, css
@@ -41,7 +41,7 @@ def drawn(given: PlannedPath, places: Any = (), flight: object = None) -> Any:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(plan, "plan_of", lambda one: given)
         patch.setattr(plan, "named_places", lambda one: list(places))
-        return plan.plan_figure(scenario)
+        return figure_of(plan.plan_charts(scenario))
 
 
 def test_the_map_of_a_plan() -> None:
@@ -49,56 +49,53 @@ def test_the_map_of_a_plan() -> None:
     place = ("lake", LAT + 300.0 / M, LON - 1500.0 / (N * cos(LAT)))
     figure = drawn(path(), [place])
     axes = figure.axes[0]
-    track, start, lake = axes.lines
-    np.testing.assert_allclose(track.get_xdata(), [-2.0, 0.0, 2.0], atol=5e-4)  # the meridians converge
-    np.testing.assert_allclose(track.get_ydata(), [-1.0, 0.4, 1.0], atol=5e-4)
-    np.testing.assert_allclose(start.get_xydata()[0], [-2.0, -1.0], atol=1e-3)
+    track, lake = axes.lines[-2:]
+    np.testing.assert_allclose(track.get_xdata()[[0, -1]], [-2.0, 2.0], atol=5e-4)  # the meridians converge
+    np.testing.assert_allclose(track.get_ydata()[[0, -1]], [-1.0, 1.0], atol=5e-4)
     np.testing.assert_allclose(lake.get_xydata()[0], [-1.5, 0.3], atol=1e-3)
-    assert words(axes) == ("Map", "east of 20.00° [km]", "north of 50.00° [km]")
-    assert texts(axes) == ["start", "1", "2", "lake"]
+    assert words(axes) == ("Map", "east [km]", "north [km]")
     middles = {text.get_text(): text.xy for text in axes.texts}
     np.testing.assert_allclose(middles["start"], [-2.0, -1.0], atol=1e-3)
     np.testing.assert_allclose(middles["1"], [-1.0, -0.3], atol=1e-3)  # at 150 s
     np.testing.assert_allclose(middles["2"], [1.0, 0.7], atol=1e-3)  # at 570 s
+    np.testing.assert_allclose(middles["end"], [2.0, 1.0], atol=1e-3)
     np.testing.assert_allclose(middles["lake"], [-1.5, 0.3], atol=1e-3)
-    # half the extent, and 6 % of the larger one; a grid of equal scale may widen one of the two
-    assert np.allclose(axes.get_xlim(), (-2.24, 2.24), atol=1e-3)
-    assert np.allclose(axes.get_ylim(), (-1.24, 1.24), atol=1e-3)
+    # half of 1.16 times the extent, in the proportions of the map
+    assert np.allclose(axes.get_xlim(), (-2.32, 2.32), atol=2e-3)
     assert figure._suptitle.get_text() == "way: planned motion"
     assert drawn(path(), flight=SimpleNamespace())._suptitle.get_text() == "way: plan by dead reckoning"
 
 
 def test_heights_and_speeds_of_a_plan() -> None:
     """In minutes beyond 10 min; the ceiling counts for the limits; a leg that is too short shows its number alone."""
-    legs = (("1 climb", 60.0, 240.0), ("2 turn to the left", 240.0, 250.0), ("3 cruise", 250.0, 900.0))
+    legs = (("1 climb", 60.0, 240.0), ("2 turn to the left", 240.0, 280.0), ("3 cruise", 280.0, 900.0))
     figure = drawn(path(legs, ceiling=(1000.0, 1100.0, 1300.0)), flight=SimpleNamespace())
-    top, below = figure.axes[1:]
+    top, side = figure.axes[1:]
     minutes = [1.0, 4.0, 15.0]
-    check_line(top.lines[0], "", minutes, [300.0, 900.0, 700.0], css(COLORS["truth"]))
-    check_line(top.lines[1], "", minutes, [1000.0, 1100.0, 1300.0], css(COLORS["limit"]), "--")
-    for line, at in zip(top.lines[2:], (1.0, 4.0, 250.0 / 60.0), strict=True):
+    for line, at in zip(top.lines[:3], (1.0, 4.0, 280.0 / 60.0), strict=True):
         assert float(line.get_xdata()[0]) == pytest.approx(at)
-    assert words(top)[0] == "Height above the ellipsoid [m]"
+    check_line(top.lines[3], "height", minutes, [300.0, 900.0, 700.0], css(COLORS["truth"]))
+    label = "ceiling of the aircraft at the planned airspeed"
+    check_line(top.lines[4], label, minutes, [1000.0, 1100.0, 1300.0], css(COLORS["limit"]), "--")
+    assert words(top) == ("Height above the ellipsoid", "time [min]", "m")
+    assert legend(top) == ["height", label]
     assert top.get_ylim() == (pytest.approx(300.0 - 80.0), pytest.approx(1300.0 + 250.0))
-    assert texts(top) == ["ceiling of the aircraft at the planned airspeed", "1 climb", "2", "3 cruise"]
-    assert top.texts[0].xy == (15.0, 1300.0)
-    assert top.texts[1].xy == (pytest.approx(2.5), 0.96)
-    assert top.texts[-1].xy == (pytest.approx(575.0 / 60.0), 0.96)
-    check_line(below.lines[0], "", minutes, [50.0, 80.0, 60.0], css(COLORS["aided"]))
-    assert words(below) == ("Ground speed, mean of each leg [m/s]", "time [min]", "")
-    assert limits(below) == ((0.0, 15.0), (0.0, pytest.approx(92.0)))
+    assert texts(top) == ["1 climb", "2", "3 cruise"]
+    assert [text.xy[0] for text in top.texts] == [pytest.approx(at) for at in (1.0, 4.0, 280.0 / 60.0)]
+    check_line(side.lines[0], "ground speed", minutes, [50.0, 80.0, 60.0], css(COLORS["aided"]))
+    assert words(side) == ("Ground speed, mean of each leg", "time [min]", "m/s")
+    assert limits(side) == ((1.0, 15.0), (0.0, pytest.approx(92.0)))
     slow = drawn(PlannedPath([0.0, 600.0], [LAT, LAT + 1e-3], [LON, LON], [5.0, 6.0], [0.1, 0.2], [], []))
-    assert words(slow.axes[2]) == ("Ground speed [m/s]", "time [s]", "")
+    assert words(slow.axes[2]) == ("Ground speed", "time [s]", "m/s")
     assert limits(slow.axes[2]) == ((0.0, 600.0), (0.0, 1.0))
     assert slow.axes[1].get_ylim() == (pytest.approx(5.0 - 0.8), pytest.approx(6.0 + 2.5))
 
 
 def test_a_vehicle_at_rest() -> None:
     figure = drawn(PlannedPath([0.0, 100.0], [LAT, LAT], [LON, LON], [5.0, 5.0], [0.0, 0.0], [], []))
-    axes = figure.axes[0]
-    check_line(axes.lines[0], "", [0.0], [0.0])
-    assert texts(axes) == ["at rest at 50.00000°, 20.00000°"]
-    assert limits(axes) == ((-1.0, 1.0), (-1.0, 1.0))
+    assert "at rest at 50.00000°, 20.00000°" in texts(figure.axes[0])
+    (low, high), _ = limits(figure.axes[0])
+    assert -low == pytest.approx(high)
 
 
 def test_the_plan_of_a_motion_in_closed_form(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.run.plan_figure import plan_figure
+from sinssim.experiments.run.plan_exhibits import plan_charts
+from sinssim.recording.figures import figure_of
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.planned_limits import check_limits, findings
 from sinssim.scenario.schema import Scenario
@@ -185,7 +186,7 @@ def test_the_ceiling_of_a_planned_path_is_that_of_its_airspeed() -> None:
 
 @pytest.mark.parametrize("name", ["waypoint_route", "drive", "parked"])
 def test_the_picture_shows_map_height_and_speed(name: str) -> None:
-    figure = plan_figure(load_scenario(name))
+    figure = figure_of(plan_charts(load_scenario(name)))
     places, heights, speeds = figure.axes
     assert places.get_title(loc="left") == "Map"
     assert heights.get_title(loc="left").startswith("Height")
@@ -193,11 +194,11 @@ def test_the_picture_shows_map_height_and_speed(name: str) -> None:
     words = {text.get_text() for text in places.texts}
     if name == "waypoint_route":
         assert {"ALPHA", "BRAVO", "CHARLIE", "DELTA", "start"} <= words
-        assert any("ceiling" in text.get_text() for text in heights.texts)
+        assert any("ceiling" in text.get_text() for text in heights.get_legend().get_texts())
     if name == "parked":
         assert any("at rest at 50.00000°" in word for word in words)
 
 
 def test_recorded_sensors_have_no_plan() -> None:
     with pytest.raises(InputError, match="a motion in a vertical plane: there is no plan to draw"):
-        plan_figure(load_scenario("one_component"))
+        plan_charts(load_scenario("one_component"))

@@ -75,7 +75,7 @@ def check(
         check_format(plot)
     plan = load_scenario(scenario, with_grade(settings, grade))
     if plot is not None and (plan.source.recorded or not plan.source.in_space):
-        from sinssim.experiments.run.plan_figure import plan_of
+        from sinssim.experiments.run.plan_exhibits import plan_of
 
         plan_of(plan)  # raises: there is no plan to draw
     if plan.source.recorded:
@@ -83,10 +83,10 @@ def check(
         return
     _check_simulation(plan, as_json)
     if plot is not None:
-        from sinssim.experiments.run.plan_figure import plan_figure
-        from sinssim.recording.figures import save
+        from sinssim.experiments.run.plan_exhibits import plan_charts
+        from sinssim.recording.figures import figure_of, save
 
-        save(plan_figure(plan), plot)
+        save(figure_of(plan_charts(plan)), plot)
         if not as_json:
             print(f"plot        {plot}")
 

@@ -180,6 +180,7 @@ def track_map(
     *,
     outages: Sequence[tuple[float, float]] = (),
     places: Sequence[tuple[str, float, float]] = (),
+    legs: Sequence[tuple[str, float]] = (),
     note: str = "",
 ) -> Charts:
     """Return the map of some tracks.
@@ -188,6 +189,7 @@ def track_map(
         tracks: the motion, and solutions; the map includes a solution unless it is far from the motion.
         outages: spans without satellites, s, marked on the motion.
         places: names of waypoints with latitude and longitude, rad.
+        legs: names of legs with an instant of each, s, which are marked instead of round times.
         note: below the map.
     """
     motion, *solutions = tracks
@@ -211,7 +213,7 @@ def track_map(
         weight: Weight = "wide" if track is motion and solutions else "line"
         label = track.name if solutions or outages else ""
         marks.append(_line(label, *line, frame, track.color, weight, dash))
-    marks += [*_waypoints(places, projection, frame), *_instants(motion, projection, frame)]
+    marks += [*_waypoints(places, projection, frame), *_instants(motion, projection, frame, legs)]
     unit = fixed("km", 1e3) if frame.width > 2000.0 else fixed("m")
     chart = Chart(
         key="map", x=Axis(label="east", units=unit, low=frame.west, high=frame.west + frame.width),
@@ -338,19 +340,22 @@ def degrees(value: float, signs: str, places: int | None = None) -> str:
     return f"{minutes // 60}°" + (f"{minutes % 60:02d}′" if minutes % 60 else "") + (side if minutes % 10800 else "")
 
 
-def _instants(motion: Track, projection: Projection, frame: _Frame) -> Iterator[Mark]:
-    """Yield dots along a track at round times, at its start and at its end."""
+def _instants(
+    motion: Track, projection: Projection, frame: _Frame, legs: Sequence[tuple[str, float]] = ()
+) -> Iterator[Mark]:
+    """Yield dots along a track at round times or at the instants of legs, at its start and at its end."""
     time = motion.time
     at, step, unit, size = time_ticks(float(time[0]), float(time[-1]))
     at = at[(at * size > time[0]) & (at * size < time[-1])]
-    k = np.searchsorted(time, np.concatenate(([time[0]], at * size, [time[-1]]))).clip(max=len(time) - 1)
+    inner = [instant for _, instant in legs] or at * size
+    k = np.searchsorted(time, np.concatenate(([time[0]], inner, [time[-1]]))).clip(max=len(time) - 1)
     east, north = projection.plane(motion.latitude[k], motion.longitude[k])
     x, y = frame.pixels(east, north)
     if np.hypot(np.ptp(x), np.ptp(y)) < 20.0:
         yield Dots(x=east[:1], y=north[:1], color="ink", size=6.75)
         return
-    names = ["start", *(tick_label(t, step) for t in at), "end"]
-    if len(at):
+    names = ["start", *([name for name, _ in legs] or (tick_label(t, step) for t in at)), "end"]
+    if len(at) and not legs:
         names[1] += f" {unit}"
     yield Dots(x=east[[0, -1]], y=north[[0, -1]], color="ink", size=6.75)
     yield Dots(x=east[1:-1], y=north[1:-1], color="ink", size=3.9)

@@ -173,7 +173,8 @@ def test_list(sinssim: Sinssim, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_check(sinssim: Sinssim, put: Put) -> None:
     put("scenario.plan_summary.plan_lines", ["one", "two"])
     expected = put("scenario.planned_limits.expected_duration", 61.7)
-    drawn, saved = put("experiments.run.plan_figure.plan_figure", "figure"), put("recording.figures.save")
+    drawn, saved = put("experiments.run.plan_exhibits.plan_charts"), put("recording.figures.save")
+    put("recording.figures.figure_of", "figure")
     assert sinssim("check", "parked", "--plot", "p.png") == "one\ntwo\nplot        p.png\n"
     assert (drawn.args[0].name, saved.args) == ("parked", ("figure", Path("p.png")))
     sinssim("check", "one_component", "--plot", "p.png", code=2)  # it has no plan to draw
