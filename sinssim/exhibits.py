@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -109,19 +109,10 @@ class Points:
 
 
 @dataclass(frozen=True)
-class Diagram:
-    """A drawing of `recording.diagrams`, on pages."""
-
-    name: str  # of the function that draws it
-    key: str  # a name that is unique on the page
-    on: tuple[Medium, ...] = ("page",)
-
-
-@dataclass(frozen=True)
 class Picture:
     """A drawing that is no chart, such as a block diagram."""
 
-    svg: str  # an SVG element
+    draw: Callable[[], str]  # returns an SVG element; it is called by the media that show it
     on: tuple[Medium, ...] = ("page",)  # the media that show it
 
 
@@ -145,7 +136,7 @@ class Section:
     on: tuple[Medium, ...] = EVERYWHERE  # the media that show it
 
 
-Item = Sentence | Table | Verbatim | Points | Diagram | Picture | Charts | Cloud | Beside | Section
+Item = Sentence | Table | Verbatim | Points | Picture | Charts | Cloud | Beside | Section
 
 
 @dataclass(frozen=True)

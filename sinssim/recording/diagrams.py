@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sinssim.exhibits import Picture
 from sinssim.recording import style
-from sinssim.recording.figures import new_figure, styled
+from sinssim.recording.figures import new_figure, styled, to_svg
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -350,6 +351,11 @@ def three_rates() -> Figure:
     c.path((5.3, 0.2), (4.0, 0.2))
     c.path((6.0, 0.2), (7.3, 0.2))
     return c.figure
+
+
+def diagram(draw: Callable[[], Figure], key: str) -> Picture:
+    """Return a diagram as an exhibit, with a name that is unique on the page."""
+    return Picture(lambda: to_svg(draw(), key))
 
 
 DIAGRAMS: dict[str, Callable[[], Figure]] = {

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 
 from sinssim.charts import Charts
-from sinssim.exhibits import Beside, Diagram, Exhibits, Item, Picture, Points, Section, Sentence, Table, Verbatim
+from sinssim.exhibits import Beside, Exhibits, Item, Picture, Points, Section, Sentence, Table, Verbatim
 from sinssim.recording.style import GRID, INK, SOFT, css_of
 from sinssim.recording.svg import words
 from sinssim.recording.svg_chart import STYLE, html_of
@@ -151,13 +151,9 @@ def parts_of(items: Iterable[Item], level: int) -> Iterator[str]:
                 text = f"<pre>{verbatim(item.text)}</pre>"
                 yield f"<details><summary>{words(item.title)}</summary>{text}</details>" if item.title else text
             case Picture():
-                yield item.svg
+                yield item.draw()
             case Points():
                 yield f"<ul>{''.join(f'<li>{_marked(text)}</li>' for text in item.texts)}</ul>"
-            case Diagram():
-                from sinssim.recording import diagrams, figures
-
-                yield figures.to_svg(getattr(diagrams, item.name)(), item.key)
             case Beside():
                 inside = "".join(f"<div>{''.join(parts_of([exhibit], level))}</div>" for exhibit in item.items)
                 yield f'<div class="pair">{inside}</div>'

@@ -276,7 +276,7 @@ def axes_exhibits(scenario: Scenario, truth: NavState, solutions: Mapping[str, N
         )
     elif frame == "inertial":
         text += " The inertial axes are the Earth’s at the start: Z along its axis, X in the meridian of Greenwich."
-    yield Picture(d.svg())
+    yield Picture(d.svg)
     yield Sentence(text.replace(" -", " −"), "note")
 
 

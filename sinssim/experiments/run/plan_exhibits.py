@@ -90,9 +90,9 @@ def _heights(path: PlannedPath) -> Chart:
             free = begin + lasts * (_LETTER * len(words) + 0.5 * _GAP)
     y = Axis(units=fixed("m"), low=low - 0.08 * span, high=high + 0.25 * span)
     times = over((float(time[0]), float(time[-1])))
-    named = "below" if path.ceiling else "none"
     title = "Height above the ellipsoid"
-    return Chart(key="plan/height", title=title, x=times, y=y, marks=(*marks, *lines), legend=named)
+    chart = Chart(key="plan/height", title=title, x=times, y=y, marks=(*marks, *lines), legend="none")
+    return replace(chart, legend="below") if path.ceiling else chart
 
 
 def _speeds(path: PlannedPath, *, of_legs: bool) -> Chart:

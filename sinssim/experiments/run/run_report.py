@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -136,7 +137,7 @@ def run_exhibits(run: Reached | Run, summary: RunSummary, first: FirstSections |
         items += [Section("The aided solution", shown, on=_PAGE), *of_parts(run, "filter")]
     items.append(Section("How the run was computed", [computed_with(scenario, summary)], on=_PAGE))
     if first is not None:
-        drawn = [Picture(scheme(scenario)), Sentence(scheme_words(scenario), "note"), *first.axes]
+        drawn = [Picture(partial(scheme, scenario)), Sentence(scheme_words(scenario), "note"), *first.axes]
         items.append(Section("Scheme of the navigation, and its axes", drawn, on=_PAGE, fold="closed"))
     text = Verbatim("", scenario.to_toml(run.about_filter).strip())
     items.append(Section("Scenario", [text], on=_PAGE))

@@ -15,7 +15,7 @@ from typing import Any
 
 from sinssim.charts import Charts
 from sinssim.errors import InputError
-from sinssim.exhibits import Column, Diagram, Exhibits, Item, Points, Section, Sentence, Table
+from sinssim.exhibits import Column, Exhibits, Item, Points, Section, Sentence, Table
 from sinssim.experiments.studies import study_charts as charts
 from sinssim.experiments.studies.attitude_claims import guarantee
 from sinssim.experiments.studies.step_cost import Operations
@@ -23,6 +23,7 @@ from sinssim.experiments.studies.study_charts import Label, labeller, over_rates
 from sinssim.experiments.studies.study_results import DEFECT, ERRORS, Case, Pick, Row, StudyResult, Verdict
 from sinssim.experiments.studies.study_schema import Part
 from sinssim.formatting import capital, number_text
+from sinssim.recording.diagrams import diagram, three_rates
 from sinssim.recording.result import Media, plain, software, versions, write_directory
 from sinssim.recording.streams import write_table
 from sinssim.scenario.tables import COORDINATES
@@ -124,7 +125,7 @@ def _part(comparison: StudyResult, part: Part, number: int, paint: charts.Paint)
     if part.text:
         yield Sentence(" ".join(part.text.split()), on=_WRITTEN)
     if part.schedules_hz:
-        yield Diagram("three_rates", f"rates{number}")
+        yield diagram(three_rates, f"rates{number}")
     if not rows:
         yield Sentence("Not reached.", on=_WRITTEN)
     elif over_rates(part):

@@ -12,7 +12,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from sinssim.charts import Band, Chart, Charts, Cloud, Dots, Limit, Line, Rule, Shares
-from sinssim.exhibits import Beside, Diagram, Exhibits, Item, Picture, Points, Section, Sentence, Table, Verbatim
+from sinssim.exhibits import Beside, Exhibits, Item, Picture, Points, Section, Sentence, Table, Verbatim
 from sinssim.formatting import capital
 from sinssim.recording import style
 from sinssim.recording.figures import figure_of, to_png
@@ -246,7 +246,7 @@ def markdown_of(items: Sequence[Item]) -> str:
 
 def _lines(items: Sequence[Item], level: int) -> Iterator[str]:
     for item in items:
-        if isinstance(item, Charts | Cloud | Diagram | Picture) or "recording" not in item.on:
+        if isinstance(item, Charts | Cloud | Picture) or "recording" not in item.on:
             continue
         match item:
             case Sentence():

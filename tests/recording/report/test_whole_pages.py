@@ -174,7 +174,7 @@ def study_result(rows: list[Row], *parts: Any, **more: Any) -> Any:
 def names(monkeypatch: pytest.MonkeyPatch) -> None:
     """Charts and drawings are shown by their names."""
     monkeypatch.setattr("sinssim.recording.page.html_of", lambda charts: f"({charts.key})")
-    monkeypatch.setattr("sinssim.recording.figures.to_svg", lambda figure, key: f"({key})")
+    monkeypatch.setattr("sinssim.recording.diagrams.to_svg", lambda figure, key: f"({key})")
 
 
 def pieces(html: list[str]) -> list[str]:
