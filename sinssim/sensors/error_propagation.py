@@ -70,27 +70,16 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(_POINTS)
 
 @dataclass(frozen=True)
 class Schuler:
-    """A vehicle at rest on the ellipsoid.
+    """A vehicle at rest on the ellipsoid."""
 
-    Attributes:
-        radius: R, geometric mean of the two radii of curvature, m.
-        gravity: g, m/s².
-        north_rate: U cos φ, rad/s.
-        down_rate: −U sin φ, rad/s.
-    """
-
-    radius: float
-    gravity: float
-    north_rate: float
-    down_rate: float
+    radius: float  # R, geometric mean of the two radii of curvature, m
+    gravity: float  # g, m/s²
+    north_rate: float  # U cos φ, rad/s
+    down_rate: float  # −U sin φ, rad/s
 
     @classmethod
     def at(cls, latitude: float) -> Schuler:
-        """Return the vehicle at a latitude.
-
-        Args:
-            latitude: φ, rad.
-        """
+        """Return the vehicle at a latitude, rad."""
         r1, r2 = earth.radii(latitude)
         gravity = float(earth.surface_gravity(latitude))
         return cls(
@@ -106,15 +95,8 @@ class Schuler:
         return math.sqrt(self.gravity / self.radius)
 
     def impulse(self, kind: Response, t: Array) -> Array:
-        """Return the position error after a unit step of velocity, tilt or azimuth, (1) to (3), m.
-
-        Args:
-            kind: kind of error.
-            t: times since the step, (...) s.
-
-        Returns:
-            (...) m per m/s or per rad.
-        """
+        """Return the position error at times after a unit step of velocity, tilt or azimuth, (1) to (3), (...) m per
+        m/s or per rad."""
         w = self.frequency
         if kind == "velocity":
             return np.asarray(np.sin(w * t) / w)  # (1)
@@ -123,14 +105,8 @@ class Schuler:
         return np.asarray(self.radius * self.north_rate * (t - np.sin(w * t) / w))  # (3)
 
     def step(self, kind: Response, t: Array) -> Array:
-        """Return the position error if velocity, tilt or azimuth changes at a unit rate: the integral of `impulse`.
-
-        Args:
-            t: times since the start, (...) s.
-
-        Returns:
-            (...) m per m/s² or per rad/s.
-        """
+        """Return the position error at times if velocity, tilt or azimuth changes at a unit rate, the integral of
+        `impulse`, (...) m per m/s² or per rad/s."""
         w = self.frequency
         turned = 2.0 * np.sin(0.5 * w * t) ** 2 / w**2
         if kind == "velocity":
@@ -140,14 +116,8 @@ class Schuler:
         return np.asarray(self.radius * self.north_rate * (0.5 * t**2 - turned))
 
     def ramp(self, kind: Response, t: float) -> float:
-        """Return the position error if the rate of change itself grows at a unit rate: the integral of `step`.
-
-        Args:
-            t: time since the start, s.
-
-        Returns:
-            m per m/s³ or per rad/s².
-        """
+        """Return the position error at a time if the rate of change itself grows at a unit rate, the integral of
+        `step`, m per m/s³ or per rad/s²."""
         w = self.frequency
         late = (t - math.sin(w * t) / w) / w**2
         if kind == "velocity":
@@ -157,14 +127,8 @@ class Schuler:
         return self.radius * self.north_rate * (t**3 / 6.0 - late)
 
     def white(self, kind: Response, t: float) -> float:
-        """Return the standard deviation of the position error by white noise of unit density.
-
-        Args:
-            t: time since the start, s.
-
-        Returns:
-            m per m/s/√s or per rad/√s.
-        """
+        """Return the standard deviation of the position error by white noise of unit density, m per m/s/√s or per
+        rad/√s."""
         w = self.frequency
         s1, s2, c1 = math.sin(w * t) / w, math.sin(2.0 * w * t) / (4.0 * w), math.cos(w * t)
         if kind == "velocity":
@@ -175,26 +139,14 @@ class Schuler:
         return self.radius * self.north_rate * math.sqrt(t**3 / 3.0 - cross + (0.5 * t - s2) / w**2)
 
     def correlated(self, kind: Response, t: float, covariance: Callable[[Array, Array], Array]) -> float:
-        """Return the standard deviation of the position error by a random rate of change.
-
-        Args:
-            t: time since the start, s.
-            covariance: covariance of the rate at two instants, (N,) and (N,) s.
-
-        Returns:
-            The root of ∫∫ h(t − u) h(t − v) covariance(u, v) du dv, by quadrature, m.
-        """
+        """Return the standard deviation of the position error by a random rate of change, the root of ∫∫ h(t − u) h(t −
+        v) covariance(u, v) du dv, by quadrature, m."""
         u, weight = 0.5 * t * (1.0 + _NODES), 0.5 * t * _WEIGHTS * self.impulse(kind, 0.5 * t * (1.0 - _NODES))
         first, second = np.meshgrid(u, u, indexing="ij")
         return math.sqrt(float(weight @ covariance(first.ravel(), second.ravel()).reshape(_POINTS, _POINTS) @ weight))
 
     def driven(self, kind: Response, t: float, change: Callable[[Array], Array]) -> float:
-        """Return the position error by a given rate of change: ∫ h(t − u) change(u) du, by quadrature, m.
-
-        Args:
-            t: time since the start, s.
-            change: the rate at instants, (N,) s.
-        """
+        """Return the position error by a given rate of change: ∫ h(t − u) change(u) du, by quadrature, m."""
         u = 0.5 * t * (1.0 + _NODES)
         return float(0.5 * t * (_WEIGHTS * self.impulse(kind, t - u)) @ change(u))
 
@@ -213,57 +165,34 @@ ASSUMPTIONS = {
 
 @dataclass(frozen=True)
 class Term:
-    """One error term of a sensor block.
+    """One error term of a sensor block."""
 
-    Attributes:
-        name: name of the quantity, as in [imu] without the unit.
-        value: 1σ of a random error, or the value of a noise, in `unit`; the largest if it differs between axes.
-        unit: unit of scenarios.
-        si: the value in `si_unit`.
-        si_unit: SI unit.
-        meaning: description.
-    """
-
-    name: str
-    value: float
-    unit: str
-    si: float
-    si_unit: str
-    meaning: str
+    name: str  # name of the quantity, as in [imu] without the unit
+    value: float  # 1σ of a random error, or the value of a noise, in `unit`; the largest if it differs between axes
+    unit: str  # unit of scenarios
+    si: float  # the value in `si_unit`
+    si_unit: str  # SI unit
+    meaning: str  # description
 
 
 @dataclass(frozen=True)
 class Contribution:
-    """The position error by one term alone.
+    """The position error by one term alone."""
 
-    Attributes:
-        term: name of the term and of its effect.
-        assumes: motion of the vehicle.
-        position: standard deviation of the horizontal position error, m.
-    """
-
-    term: str
-    assumes: str
-    position: float
+    term: str  # name of the term and of its effect
+    assumes: str  # motion of the vehicle
+    position: float  # standard deviation of the horizontal position error, m
 
 
 @dataclass(frozen=True)
 class Expectation:
-    """The error terms of a sensor block and the position errors that they cause.
+    """The error terms of a sensor block and the position errors that they cause."""
 
-    Attributes:
-        imu: the sensor block.
-        latitude: latitude of the vehicle, rad.
-        duration: duration of the navigation, s.
-        terms: its error terms.
-        contributions: position errors, the largest first.
-    """
-
-    imu: Imu
-    latitude: float
-    duration: float
-    terms: tuple[Term, ...]
-    contributions: tuple[Contribution, ...]
+    imu: Imu  # the sensor block
+    latitude: float  # latitude of the vehicle, rad
+    duration: float  # duration of the navigation, s
+    terms: tuple[Term, ...]  # its error terms
+    contributions: tuple[Contribution, ...]  # position errors, the largest first
 
     @property
     def total(self) -> float:
@@ -285,13 +214,8 @@ class Expectation:
 
 
 def expect(imu: Imu, latitude: float, duration: float = 3600.0) -> Expectation:
-    """Return the position error by each error term of a sensor block.
-
-    Args:
-        imu: the sensor block: a grade, and deviations from it.
-        latitude: latitude of the vehicle, rad.
-        duration: duration of the navigation, s, longer than the manoeuvres; the closed forms hold up to about an hour.
-    """
+    """Return the position error by each error term of a sensor block at a latitude, rad, after a duration longer than
+    the manoeuvres; the closed forms hold up to about an hour."""
     if imu.sensor_set.type != "gyros":
         raise InputError(
             "closed forms exist only for three gyros and three accelerometers; sensor_set.type = "

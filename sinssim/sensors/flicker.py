@@ -59,28 +59,16 @@ STATIONARY = _stationary()
 
 
 def covariance(lag: Array) -> Array:
-    """Return the autocovariance of flicker noise with B = 1.
-
-    Args:
-        lag: distance in samples, (...); beyond the first few samples it need not be an integer.
-
-    Returns:
-        Σ w_m d_m^lag Σ cov(x_m, x_n) w_n, (...), without the contribution of w₀.
-    """
+    """Return the autocovariance of flicker noise with B = 1 at distances in samples, Σ w_m d_m^lag Σ cov(x_m, x_n) w_n,
+    (...), without the contribution of w₀. Beyond the first few samples a distance need not be an integer."""
     weights, kept = np.array(WEIGHTS), 1.0 - np.array(RATES)
     shares = weights * (STATIONARY @ STATIONARY.T @ weights)
     return np.asarray(np.moveaxis(np.power.outer(kept, np.asarray(lag, dtype=np.float64)), 0, -1) @ shares)
 
 
 def variance_of_mean(count: ArrayLike) -> Array:
-    """Return the variance of the mean of consecutive samples of flicker noise with B = 1.
-
-    Args:
-        count: number of samples n, at least 1, (...).
-
-    Returns:
-        (C₀ + 2 Σ (1 − l/n) C_l)/n over the lags l < n, with the covariances C_l in closed form, (...).
-    """
+    """Return the variance of the mean of n ≥ 1 consecutive samples of flicker noise with B = 1: (C₀ + 2 Σ (1 − l/n)
+    C_l)/n over the lags l < n, with the covariances C_l in closed form, (...)."""
     weights, rates = np.array(WEIGHTS), np.array(RATES)
     shares = weights * (STATIONARY @ STATIONARY.T @ weights + DIRECT)  # C_l = Σ shares d^l for l ≥ 1
     n = np.asarray(count, dtype=np.float64)[..., None]

@@ -30,11 +30,7 @@ CORE = 9
 
 
 def skew(v: Array) -> Array:
-    """Return the matrices [v×] of vectors: (..., 3, 3).
-
-    Args:
-        v: (..., 3).
-    """
+    """Return the matrices [v×] of vectors, (..., 3, 3)."""
     out = np.zeros((*v.shape[:-1], 3, 3))
     out[..., 0, 1], out[..., 0, 2], out[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
     out[..., 1, 0], out[..., 2, 0], out[..., 2, 1] = v[..., 2], -v[..., 1], v[..., 0]
@@ -42,22 +38,13 @@ def skew(v: Array) -> Array:
 
 
 def earth_rate(latitude: Array, ellipsoid: Ellipsoid) -> Array:
-    """Return ω_ie in north, east, down: (K, 3) rad/s.
-
-    Args:
-        latitude: (K,) rad.
-    """
+    """Return ω_ie at latitudes in north, east, down, (K, 3) rad/s."""
     w = ellipsoid.omega
     return np.stack([w * np.cos(latitude), np.zeros_like(latitude), -w * np.sin(latitude)], axis=-1)
 
 
 def earth_rate_slope(latitude: Array, height: Array, ellipsoid: Ellipsoid) -> Array:
-    """Return the derivative of ω_ie with respect to δr, both north, east, down: (K, 3, 3) rad/s/m.
-
-    Args:
-        latitude: (K,) rad.
-        height: (K,) m.
-    """
+    """Return the derivative of ω_ie with respect to δr, both north, east, down, (K, 3, 3) rad/s/m."""
     over_north = ellipsoid.omega / (earth.radii(latitude, ellipsoid)[0] + height)
     out = np.zeros((len(latitude), 3, 3))
     out[:, 0, 0], out[:, 2, 0] = -over_north * np.sin(latitude), -over_north * np.cos(latitude)
@@ -90,27 +77,17 @@ class States(Protocol):
 
 @dataclass(frozen=True)
 class Comparison:
-    """The predicted quantities that readings of one sensor are compared with.
+    """The predicted quantities that readings of one sensor are compared with."""
 
-    Attributes:
-        state: inertial navigation at their instants, M rows.
-        rate_b: inertial rate of the body, or its mean over the reading's interval, (M, 3) rad/s.
-        rate_error: function that returns the matrix of that rate's error by the gyros' states, (M, 3, n).
-        ellipsoid: reference ellipsoid.
-        model: the error model.
-        parameters: values of the sensors' compensated parameters, by block.
-        label: name of the sensor.
-        lever_arm: from the block to the sensor, body axes, (3,) m.
-    """
-
-    state: NavState
-    rate_b: Array
+    state: NavState  # inertial navigation at their instants, M rows
+    rate_b: Array  # inertial rate of the body, or its mean over the reading's interval, (M, 3) rad/s
+    # function that returns the matrix of that rate's error by the gyros' states, (M, 3, n)
     rate_error: Callable[[], Array]
-    ellipsoid: Ellipsoid
-    model: States
-    parameters: Mapping[str, Array]
-    label: str
-    lever_arm: Array
+    ellipsoid: Ellipsoid  # reference ellipsoid
+    model: States  # the error model
+    parameters: Mapping[str, Array]  # values of the sensors' compensated parameters, by block
+    label: str  # name of the sensor
+    lever_arm: Array  # from the block to the sensor, body axes, (3,) m
 
     @cached_property
     def c_nb(self) -> Array:
@@ -164,50 +141,38 @@ def first_less(value: Array, bias: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class MeasurementKind:
-    """A kind of measurement.
+    """A kind of measurement."""
 
-    Attributes:
-        name: `Measurements.kind`, unique among all sensors.
-        columns: names of the reading's components with their units, as in the recorded streams.
-        axes: axes of the residual and of sigma, as in the streams; "" for a single one.
-        unit: unit of the residual, as in the streams.
-        compare: function of the predicted quantities and of M readings, free of the sensor's known errors, (M,
-            components); returns residuals, prediction less reading, (M, errors), and H, (M, errors, n), zero for bias
-            and scale factor.
-        less_bias: function that returns readings less a bias, (M, components); by default the first components are
-            less. None for a bias in the unit of the residual only, which is added to the residual.
-        fault: function that returns the reason why a reading with finite components, (components,), cannot be used, ""
-            if it can.
-        rounding: the inertial sensors whose pulse rounding is in the predicted quantity.
-        mean_rate: whether the reading is compared with the gyros' mean rate since the previous reading.
-        needs_rate: whether the reading is compared with the body's rate even without a lever arm.
-        at_antenna: whether the reading is that of the satellite antenna, so that the states "gnss lever arm" apply.
-        on_gnss_clock: whether the satellite receiver stamps the reading, so that the state "gnss time offset" applies.
-        own_errors: axes and unit, as in the streams, of errors that only sensors of this kind have.
-        diagnosed: own errors that a diagnosis tries as states, with a wide 1σ in SI; for example a bias.
-        of_north: whether the reading depends on the direction of north, so that it has no meaning at a pole.
-        turns_with_north: whether H is that of errors relative to north, which the filter refers to the model's axes;
-            False if it is the same in all axes, as for a velocity of zero.
-        velocities: number of the first components that are velocities or rates, whose sign changes in reverse time.
-    """
-
-    name: str
+    name: str  # `Measurements.kind`, unique among all sensors
     _: KW_ONLY
-    columns: tuple[str, ...]
-    axes: tuple[str, ...] = ("",)
-    unit: str
+    columns: tuple[str, ...]  # names of the reading's components with their units, as in the recorded streams
+    axes: tuple[str, ...] = ("",)  # axes of the residual and of sigma, as in the streams; "" for a single one
+    unit: str  # unit of the residual, as in the streams
+    # function of the predicted quantities and of M readings, free of the sensor's known errors, (M, components);
+    # returns residuals, prediction less reading, (M, errors), and H, (M, errors, n), zero for bias and scale factor
     compare: Callable[[Comparison, Array], tuple[Array, Array]]
+    # function that returns readings less a bias, (M, components); by default the first components are less. None for a
+    # bias in the unit of the residual only, which is added to the residual.
     less_bias: Callable[[Array, Array], Array] | None = first_less
+    # function that returns the reason why a reading with finite components, (components,), cannot be used, "" if it can
     fault: Callable[[Array], str] = no_fault
+    # the inertial sensors whose pulse rounding is in the predicted quantity
     rounding: Literal["gyros", "accelerometers"] | None = None
-    mean_rate: bool = False
-    needs_rate: bool = False
+    mean_rate: bool = False  # whether the reading is compared with the gyros' mean rate since the previous reading
+    needs_rate: bool = False  # whether the reading is compared with the body's rate even without a lever arm
+    # whether the reading is that of the satellite antenna, so that the states "gnss lever arm" apply
     at_antenna: bool = False
+    # whether the satellite receiver stamps the reading, so that the state "gnss time offset" applies
     on_gnss_clock: bool = False
+    # axes and unit, as in the streams, of errors that only sensors of this kind have
     own_errors: Mapping[str, tuple[tuple[str, ...], str]] = field(default_factory=dict)
+    # own errors that a diagnosis tries as states, with a wide 1σ in SI; for example a bias
     diagnosed: Mapping[str, float] = field(default_factory=dict)
-    of_north: bool = False
+    of_north: bool = False  # whether the reading depends on the direction of north, so that it has no meaning at a pole
+    # whether H is that of errors relative to north, which the filter refers to the model's axes; False if it is the
+    # same in all axes, as for a velocity of zero
     turns_with_north: bool = True
+    # number of the first components that are velocities or rates, whose sign changes in reverse time
     velocities: int = 0
 
     @property
@@ -225,14 +190,8 @@ class MeasurementKind:
         return self.velocities > 0 if error == "bias" else self.own_errors.get(error, ((), ""))[1] in ("mps", "radps")
 
     def observe(self, at: Comparison, value: Array) -> tuple[Array, Array]:
-        """Return residuals and H of readings, with the sensor's own bias and scale factor.
-
-        Args:
-            value: M readings of the sensor, (M, components).
-
-        Returns:
-            Residuals, (M, errors), and H, (M, errors, n).
-        """
+        """Return residuals, (M, errors), and H, (M, errors, n), of readings, (M, components), with the sensor's own
+        bias and scale factor."""
         bias, scale = at.states("bias"), at.states("scale")
         if bias is not None and self.less_bias is not None:
             value = self.less_bias(value, at.known("bias"))
@@ -251,13 +210,11 @@ class MeasurementKind:
         return residual, h
 
     def noise(self, model: States, interval: Array) -> Array:
-        """Return the contribution of the inertial sensors' noise to R: variance of every component, (M,).
+        """Return the contribution of the inertial sensors' noise to R, the variance of every component, (M,), from the
+        time since the previous reading, (M,) s.
 
         The rounding of the last pulse is independent from sample to sample in velocity and attitude, with the variance
         Q²/12. The random walk is process noise, except in a mean rate over T: N²/T, and rounding at both ends, Q²/6T².
-
-        Args:
-            interval: time from the previous reading to each, (M,) s.
         """
         if self.mean_rate:
             return np.asarray(model.gyro_noise**2 / interval + model.gyro_quantum**2 / (6.0 * interval**2))

@@ -32,29 +32,18 @@ from sinssim.errors import InputError
 
 @dataclass(frozen=True)
 class Windows:
-    """Means and variances of rates and specific forces over windows.
+    """Means and variances of rates and specific forces over windows."""
 
-    Attributes:
-        begin, end: of each window, (W,) s.
-        mean: gyros, then accelerometers, (W, 6) rad/s and m/s².
-        variance: of the readings about their mean, (W, 6).
-        change: mean of the second half less that of the first, (W, 6).
-    """
-
+    # of each window, (W,) s
     begin: Array
     end: Array
-    mean: Array
-    variance: Array
-    change: Array
+    mean: Array  # gyros, then accelerometers, (W, 6) rad/s and m/s²
+    variance: Array  # of the readings about their mean, (W, 6)
+    change: Array  # mean of the second half less that of the first, (W, 6)
 
 
 def windows_of(imu: ImuData, length_s: float, step_s: float) -> Windows:
-    """Return means and variances over overlapping windows.
-
-    Args:
-        length_s: length of a window, s.
-        step_s: time from the end of one to the end of the next, s.
-    """
+    """Return means and variances over overlapping windows, with a time from the end of one to the end of the next."""
     steps = np.diff(imu.time)
     interval = float(np.mean(steps))
     count, step = round(length_s / interval), max(round(step_s / interval), 1)
@@ -91,34 +80,21 @@ _STEPS = 10  # windows begin a tenth of their length after one another
 
 @dataclass(frozen=True)
 class Rest:
-    """Inertial readings of a vehicle at rest.
+    """Inertial readings of a vehicle at rest."""
 
-    Attributes:
-        window_s: length of the windows, s.
-        variance: median variance of gyros and accelerometers in a window, (6,) rad²/s² and m²/s⁴.
-        mean: median of their means, (6,) rad/s and m/s².
-        scatter: 1σ of the means of windows, (6,).
-        seconds: time from which this was learned, s.
-    """
-
-    window_s: float
-    variance: Array
-    mean: Array
-    scatter: Array
-    seconds: float
+    window_s: float  # length of the windows, s
+    variance: Array  # median variance of gyros and accelerometers in a window, (6,) rad²/s² and m²/s⁴
+    mean: Array  # median of their means, (6,) rad/s and m/s²
+    scatter: Array  # 1σ of the means of windows, (6,)
+    seconds: float  # time from which this was learned, s
 
 
 @dataclass(frozen=True)
 class Stops:
-    """The stops of a run.
+    """The stops of a run."""
 
-    Attributes:
-        spans: beginning and end of each stop, (S, 2) s.
-        rest: what rest is.
-    """
-
-    spans: Array
-    rest: Rest
+    spans: Array  # beginning and end of each stop, (S, 2) s
+    rest: Rest  # what rest is
 
 
 def learn_rest(
@@ -127,13 +103,8 @@ def learn_rest(
     spans: Sequence[tuple[float, float]] | None = None,
     window_s: float = 1.0,
 ) -> Rest:
-    """Learn the readings of a vehicle at rest.
-
-    Args:
-        velocity: "gnss-velocity", which show when the vehicle stands: all components within 3σ of zero.
-        spans: beginning and end of times at which the vehicle is known to stand, s; they count instead of fixes.
-        window_s: length of the windows, s.
-    """
+    """Learn the readings of a vehicle at rest from spans in which it is known to stand, or else from "gnss-velocity",
+    which shows that it stands by components within 3σ of zero."""
     checked_increments(imu)
     window_s = number("window_s", window_s, "s", low=POSITIVE)
     windows = windows_of(imu, window_s, window_s / _STEPS)
@@ -169,15 +140,11 @@ def find_stops(
     rate_drift: float = np.radians(0.2),
     velocity: Measurements | None = None,
 ) -> Stops:
-    """Find the stops of a vehicle.
+    """Find the stops of a vehicle, in each of which at least one window passed the tests.
 
-    Args:
-        ratio: largest geometric mean of the variances, in units of those at rest.
-        rate_drift: how far the gyros' biases may drift from those learned, rad/s.
-        velocity: "gnss-velocity" that veto a stop: a component beyond 5σ of zero within a window.
-
-    Returns:
-        The stops; in each of them at least one window passed the tests.
+    `ratio` is the largest geometric mean of the variances, in units of those at rest; the gyros' biases may drift from
+    those learned by `rate_drift`, rad/s. "gnss-velocity" vetoes a stop by a component beyond 5σ of zero within a
+    window.
     """
     checked_increments(imu)
     ratio = number("ratio", ratio, low=POSITIVE)
@@ -216,16 +183,9 @@ def _shown_by(velocity: Measurements, windows: Windows, *, standing: bool) -> ND
 def standstill(
     stops: Stops, *, velocity_sigma: float = 0.02, rate_hz: float = 1.0, velocity: bool = True, rate: bool = True
 ) -> list[Measurements]:
-    """Return the readings of zero velocity and of zero rate that stops give.
-
-    Args:
-        velocity_sigma: 1σ of each component of the velocity by the shaking of the vehicle, m/s.
-        velocity, rate: whether to return zero velocities, and zero rates.
-
-    Returns:
-        "zero-velocity" and "zero-rate", valid at the ends of whole intervals within a stop; the 1σ of the rates is the
-        scatter of their means at rest.
-    """
+    """Return the readings "zero-velocity" and "zero-rate" that stops give, valid at the ends of whole intervals within
+    a stop. The 1σ of the velocity is that of the shaking, m/s; that of the rates is the scatter of their means at
+    rest."""
     velocity_sigma = number("velocity_sigma", velocity_sigma, "m/s", low=POSITIVE)
     interval = 1.0 / number("rate_hz", rate_hz, "measurements per second", low=POSITIVE)
     times = [np.arange(begin + interval, end + 1e-9, interval) for begin, end in stops.spans]

@@ -30,46 +30,27 @@ SLOW_S = 0.2
 
 
 class Change(NamedTuple):
-    """Noise that drives the states of one block of an error model from an instant on.
+    """Noise that drives the states of one block of an error model from an instant on."""
 
-    Attributes:
-        time: the instant, s.
-        block: name of the block.
-        jump: covariance of a jump of the states at the instant, (b, b).
-        density: spectral density of the additional noise from then on, (b, b) per second.
-    """
-
-    time: float
-    block: str
-    jump: Array
-    density: Array
+    time: float  # the instant, s
+    block: str  # name of the block
+    jump: Array  # covariance of a jump of the states at the instant, (b, b)
+    density: Array  # spectral density of the additional noise from then on, (b, b) per second
 
 
 @dataclass(frozen=True)
 class AddedNoise:
-    """Densities of white noise that add to those of an error model, in quadrature, from one instant to the next.
+    """Densities of white noise that add to those of an error model, in quadrature, from one instant to the next."""
 
-    Attributes:
-        time: instants, in order, (W,) s; each row holds from its instant to the next.
-        gyro: of the block's three axes, (W, 3) rad/√s; or a root L of the matrix L Lᵀ of spectral densities, (W, 3, 3).
-        accel: the same, m/s/√s.
-        changes: changes of the sensors' own errors.
-    """
-
-    time: Array
+    time: Array  # instants, in order, (W,) s; each row holds from its instant to the next
+    # of the block's three axes, (W, 3) rad/√s; or a root L of the matrix L Lᵀ of spectral densities, (W, 3, 3)
     gyro: Array
-    accel: Array
-    changes: tuple[Change, ...] = ()
+    accel: Array  # the same, m/s/√s
+    changes: tuple[Change, ...] = ()  # changes of the sensors' own errors
 
     def roots(self, begin: Array) -> Array:
-        """Return the roots of the matrices of spectral densities at instants.
-
-        Args:
-            begin: (K,) s.
-
-        Returns:
-            Gyros and accelerometers, (K, 2, 3, 3).
-        """
+        """Return the roots of the matrices of spectral densities of gyros and accelerometers from instants on, (K, 2,
+        3, 3)."""
         row = self._row(begin)
         both = [
             density if density.ndim == 3 else density[:, :, None] * np.eye(3)
@@ -81,11 +62,8 @@ class AddedNoise:
         return np.clip(np.searchsorted(self.time, begin + 1e-9, side="right") - 1, 0, None)
 
     def of_states(self, time: Array, places: Mapping[str, slice]) -> Iterator[tuple[int, slice, Array]]:
-        """Yield the covariances by which the changes drive the states of an error model over intervals.
-
-        Args:
-            time: edges of the intervals, (K+1,) s.
-        """
+        """Yield the covariances by which the changes drive the states of an error model over intervals between edges,
+        (K+1,) s."""
         for change in self.changes:
             if change.block in places:
                 lasts = np.clip(time[1:] - np.maximum(time[:-1], change.time), 0.0, None)
@@ -112,29 +90,17 @@ class AddedNoise:
 
 @dataclass(frozen=True)
 class Vibration:
-    """Level of vibration along a run.
+    """Level of vibration along a run."""
 
-    Attributes:
-        time: ends of the windows, (W,) s.
-        gyro: rms of the rates less their running mean, (W, 3) rad/s.
-        accel: rms of the specific forces less their running mean, (W, 3) m/s².
-        interval: mean sampling interval Δt, s.
-        jitter: 1σ of the sampling interval relative to Δt.
-    """
-
-    time: Array
-    gyro: Array
-    accel: Array
-    interval: float
-    jitter: float
+    time: Array  # ends of the windows, (W,) s
+    gyro: Array  # rms of the rates less their running mean, (W, 3) rad/s
+    accel: Array  # rms of the specific forces less their running mean, (W, 3) m/s²
+    interval: float  # mean sampling interval Δt, s
+    jitter: float  # 1σ of the sampling interval relative to Δt
 
 
 def vibration(imu: ImuData, window_s: float = 1.0) -> Vibration:
-    """Return the level of vibration in windows of a run.
-
-    Args:
-        window_s: length of the windows, s.
-    """
+    """Return the level of vibration in windows of a run."""
     checked_increments(imu)
     window_s = number("window_s", window_s, "s", low=POSITIVE)
     steps = np.diff(imu.time)
@@ -164,14 +130,9 @@ def _levels(rate: Array, wide: int, ends: NDArray[np.intp]) -> Array:
 
 
 def vibration_noise(vibration_levels: Vibration, gyro: float, accel: float) -> AddedNoise:
-    """Return the noise that vibration adds.
+    """Return the noise κ s √Δt that vibration adds, with κ of gyros and accelerometers.
 
-    Args:
-        gyro, accel: κ, the part of the vibration that is an error, white from sample to sample.
-
-    Returns:
-        The densities κ s √Δt; the level of a window is that of the window before, as a filter in real time knows it,
-        and that of the first window is its own.
+    The level of a window is that of the window before, as a filter in real time knows it; that of the first is its own.
     """
     kappa = [number(f"κ of the {name}", value, low=0.0) for name, value in (("gyros", gyro), ("accelerometers", accel))]
     start = vibration_levels.time[0] - (
