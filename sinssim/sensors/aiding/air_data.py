@@ -13,13 +13,13 @@ none.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from pydantic import Field
 
-from sinssim.data import Array
+from sinssim.data import Array, NavState
 from sinssim.sensors.aiding_sensor import (
     AidingReadings,
     AidingSensor,
@@ -37,6 +37,14 @@ from sinssim.units import PPM
 
 if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory
+
+
+def _signal(trajectory: Trajectory, channel: str, still: Callable[[NavState], Array]) -> Callable[[Array], Array]:
+    """Return a quantity of the air at instants, (K,): as logged along the motion, or that of still standard air."""
+    logged = trajectory.channels.get(channel)
+    if logged is None:
+        return lambda t: np.asarray(still(trajectory.state(t)))
+    return lambda t: np.asarray(np.interp(t, logged.time, logged.values))
 
 
 class Barometer(AidingSensor):
@@ -68,19 +76,13 @@ class Barometer(AidingSensor):
         """
         s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
         time = s.epochs(trajectory)
-        logged = trajectory.channels.get("pressure_altitude_m")
-
-        def height(t: Array) -> Array:
-            if logged is not None:
-                return np.asarray(np.interp(t, logged.time, logged.values))
-            return trajectory.state(t).height
-
+        height = _signal(trajectory, "pressure_altitude_m", lambda state: state.height)
         scale = PPM * turn_on(seed, "baro scale", s.scale_ppm, s.scale_sigma_ppm)
         bias = s.bias_m + correlated(seed, "baro bias", (s.bias_sigma_m,), time, s.bias_correlation_time_s)
         value = (1.0 + scale) * lagged(height, trajectory.start, time, s.lag_s)[:, np.newaxis] + bias
         value += white(seed, "baro noise", (s.sigma_m,), len(time))
         true = {"baro bias": bias, "baro scale": np.array([scale])}
-        if logged is not None:
+        if "pressure_altitude_m" in trajectory.channels:
             of_air = _scale_of_air(trajectory) if self.scale_sigma_ppm or self.scale_ppm else 0.0  # all in the bias
             true["baro scale"] = np.array([(1.0 + scale) * (1.0 + of_air) - 1.0])
             field = height(time) - (1.0 + of_air) * trajectory.state(time).height
@@ -166,13 +168,7 @@ class Airspeed(AidingSensor):
         """
         s, trajectory, seed = self, vehicle.trajectory, vehicle.seed
         time = s.epochs(trajectory)
-        logged = trajectory.channels.get("airspeed_mps")
-
-        def speed(t: Array) -> Array:
-            if logged is not None:
-                return np.asarray(np.interp(t, logged.time, logged.values))
-            return np.asarray(np.linalg.norm(trajectory.state(t).velocity_ned, axis=1))
-
+        speed = _signal(trajectory, "airspeed_mps", lambda state: np.linalg.norm(state.velocity_ned, axis=1))
         scale = PPM * turn_on(seed, "airspeed scale", s.scale_ppm, s.scale_sigma_ppm)
         bias = turn_on(seed, "airspeed bias", s.bias_mps, s.bias_sigma_mps)
         value = (1.0 + scale) * lagged(speed, trajectory.start, time, s.lag_s)[:, np.newaxis] + bias

@@ -188,17 +188,14 @@ class LandVehicle(AidingSensor):
 
     @property
     def no_budget(self) -> str:
-        """Why a budget cannot have it."""
         return "it is an assumption about the vehicle, whose errors the budget does not model"
 
     @property
     def of_fixed_block(self) -> str:
-        """Why the block must not turn."""
         return "has states for the angles between the IMU and the vehicle"
 
     @property
     def needs_no_truth(self) -> bool:
-        """Whether the readings follow from the inertial readings: always."""
         return True
 
     def from_imu(

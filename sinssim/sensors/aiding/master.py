@@ -48,7 +48,6 @@ class Master(AidingSensor):
 
     @property
     def no_budget(self) -> str:
-        """Why a budget cannot have it."""
         return "its errors are those of another inertial system, which the budget does not model"
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:

@@ -7,7 +7,9 @@ average, even if the vehicle creeps for long. The σ that the filter assumes is 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -59,17 +61,14 @@ class Standstill(AidingSensor):
 
     @property
     def no_budget(self) -> str:
-        """Why a budget cannot have it."""
         return "stops are detected from the data of one run (detect = true)" if self.detect else ""
 
     @property
     def of_fixed_block(self) -> str:
-        """Why the block must not turn."""
         return "detects stops in the inertial data (detect = true; during_s gives them instead)" if self.detect else ""
 
     @property
     def needs_no_truth(self) -> bool:
-        """Whether the stops are found in the inertial readings."""
         return self.detect
 
     def found(self, imu: ImuData, velocity: Measurements | None = None) -> Stops:
@@ -78,20 +77,26 @@ class Standstill(AidingSensor):
 
         return find_stops(imu, learn_rest(imu, spans=self.learn_s), velocity=velocity)
 
-    def stood(self, vehicle: Vehicle, time: Array, lasting: float) -> Mask | None:
-        """Return the instants after so much time of a stop that was found; None where the truth decides."""
-        if not self.detect or vehicle.imu is None:
-            return None
-        inside = np.zeros(len(time), dtype=bool)
-        for begin, end in self.found(vehicle.imu).spans:
-            inside |= (time >= begin + lasting - 1e-9) & (time <= end + 1e-9)
-        return inside
-
     def stands(self, time: Array, size: Array, sigma: float) -> Mask:
         """Return the instants at which the vehicle is assumed to be at rest."""
         if self.during_s is not None:
             return within(time, self.during_s)
         return np.asarray(size <= _AT_REST * sigma)
+
+    def zeros(
+        self, label: str, vehicle: Vehicle, sigma: float, lasting: float, size: Callable[[Array], Array]
+    ) -> list[AidingReadings]:
+        """Return readings of zero with errors by the shaking of the vehicle: after `lasting` s of a stop that was found
+        or, by the size of the true motion at instants, while the vehicle is assumed to be at rest."""
+        time = self.epochs(vehicle.trajectory)
+        value = white(vehicle.seed, f"{label.replace('-', ' ')} noise", (sigma,) * 3, len(time))
+        if self.detect and vehicle.imu is not None:
+            valid = np.zeros(len(time), dtype=bool)
+            for begin, end in self.found(vehicle.imu).spans:
+                valid |= (time >= begin + lasting - 1e-9) & (time <= end + 1e-9)
+        else:
+            valid = self.stands(time, size(time), sigma)
+        return [self.readings(label, label, time, value, (sigma,) * 3, {}, valid=valid)]
 
 
 def _of_block(at: Comparison, value: Array) -> tuple[Array, Array]:
@@ -122,14 +127,11 @@ class ZeroVelocity(Standstill):
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
         """Return zero velocities where the true velocity is at most σ/3, with errors by the shaking of the vehicle."""
-        time = self.epochs(vehicle.trajectory)
-        sigma = (self.sigma_mps,) * 3
-        value = white(vehicle.seed, "zero velocity noise", sigma, len(time))
-        speed = np.linalg.norm(vehicle.trajectory.state(time).velocity_ned, axis=1)
-        stands = self.stood(vehicle, time, 0.0)
-        if stands is None:
-            stands = self.stands(time, speed, self.sigma_mps)
-        return [self.readings("zero-velocity", "zero-velocity", time, value, sigma, {}, valid=stands)]
+
+        def speed(time: Array) -> Array:
+            return np.asarray(np.linalg.norm(vehicle.trajectory.state(time).velocity_ned, axis=1))
+
+        return self.zeros("zero-velocity", vehicle, self.sigma_mps, 0.0, speed)
 
     def from_imu(
         self, imu: ImuData, velocity: Measurements | None = None, q_bs: Array | None = None
@@ -169,19 +171,13 @@ class ZeroRate(Standstill):
 
     @property
     def of_fixed_block(self) -> str:
-        """Why the block must not turn."""
         return "compares the mean of the gyro data with zero rotation of the vehicle"
 
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
         """Return zero rates of the block relative to the Earth where its mean rate over the interval is at most σ/3."""
-        time = self.epochs(vehicle.trajectory)
-        sigma = (DEG_H * self.sigma_deg_h,) * 3
-        value = white(vehicle.seed, "zero rate noise", sigma, len(time))
         interval = 1.0 / self.rate_hz
-        stands = self.stood(vehicle, time, interval)
-        if stands is None:
-            stands = self.stands(time, _mean_rate(vehicle.trajectory, time, interval), sigma[0])
-        return [self.readings("zero-rate", "zero-rate", time, value, sigma, {}, valid=stands)]
+        size = partial(_mean_rate, vehicle.trajectory, interval)
+        return self.zeros("zero-rate", vehicle, DEG_H * self.sigma_deg_h, interval, size)
 
     def from_imu(
         self, imu: ImuData, velocity: Measurements | None = None, q_bs: Array | None = None
@@ -193,7 +189,7 @@ class ZeroRate(Standstill):
         return [replace(given, sigma=np.maximum(given.sigma, DEG_H * self.sigma_deg_h))]
 
 
-def _mean_rate(trajectory: Trajectory, time: Array, interval: float) -> Array:
+def _mean_rate(trajectory: Trajectory, interval: float, time: Array) -> Array:
     """Return the magnitude of the mean rate relative to the Earth over the interval before each instant, (M,) rad/s."""
 
     def to_earth(t: Array) -> Array:

@@ -12,6 +12,7 @@ It has three loops, each with a reference that changes at rates usual for a pilo
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from math import atan, cos, pi, remainder, sin
 
 from sinssim.truth.flight.aircraft import Aircraft
@@ -33,39 +34,34 @@ HEIGHT, PITCH, LOAD_FACTOR = 0, 1, 2
 """Modes of the vertical loop."""
 
 
+@dataclass(slots=True)
 class AircraftState:
-    """The aircraft's state for the autopilot and the legs; refreshed in place.
+    """The aircraft's state for the autopilot and the legs; refreshed in place."""
 
-    Attributes:
-        time: flight time, s.
-        phi, theta, psi: roll, pitch, heading, rad.
-        p, q, r: angular rate in body axes, rad/s.
-        cas, tas: calibrated and true airspeed, m/s.
-        height: height above the ellipsoid, m.
-        climb: vertical speed, m/s.
-        beta: sideslip, rad.
-        alpha: angle of attack, rad (updated ten times per second, like all following values).
-        latitude, longitude: rad.
-        track: direction of motion over the ground, rad.
-        ground_speed: m/s.
-        height_above_ground: m.
-        on_wheels: whether any part of the gear touches the ground.
-        engines_running: whether every engine runs.
-        air: the air as the pilot knows it before the flight, without gusts and turbulence.
-    """
-
-    __slots__ = (
-        "air", "alpha", "beta", "cas", "climb", "engines_running", "ground_speed", "height", "height_above_ground",
-        "latitude", "longitude", "on_wheels", "p", "phi", "psi", "q", "r", "tas", "theta", "time", "track",
-    )  # fmt: skip
-
-    def __init__(self) -> None:
-        self.time = self.phi = self.theta = self.psi = self.p = self.q = self.r = 0.0
-        self.cas = self.tas = self.height = self.climb = self.beta = self.alpha = 0.0
-        self.latitude = self.longitude = self.track = self.ground_speed = self.height_above_ground = 0.0
-        self.on_wheels = False
-        self.engines_running = True
-        self.air = Air()
+    time: float = 0.0  # flight time, s
+    # roll, pitch, heading, rad
+    phi: float = 0.0
+    theta: float = 0.0
+    psi: float = 0.0
+    # angular rate in body axes, rad/s
+    p: float = 0.0
+    q: float = 0.0
+    r: float = 0.0
+    # calibrated and true airspeed, m/s
+    cas: float = 0.0
+    tas: float = 0.0
+    height: float = 0.0  # above the ellipsoid, m
+    climb: float = 0.0  # vertical speed, m/s
+    beta: float = 0.0  # sideslip, rad
+    alpha: float = 0.0  # angle of attack, rad (updated ten times per second, like all following values)
+    latitude: float = 0.0  # rad
+    longitude: float = 0.0  # rad
+    track: float = 0.0  # direction of motion over the ground, rad
+    ground_speed: float = 0.0  # m/s
+    height_above_ground: float = 0.0  # m
+    on_wheels: bool = False  # whether any part of the gear touches the ground
+    engines_running: bool = True  # whether every engine runs
+    air: Air = field(default_factory=Air)  # as the pilot knows it before the flight, without gusts and turbulence
 
 
 class Autopilot:

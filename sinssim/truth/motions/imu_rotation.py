@@ -302,17 +302,14 @@ class Continuous(_OnAxes):
 
     @property
     def outer(self) -> Vector3:
-        """Direction of the outer axis."""
         return self.axis
 
     @property
     def fastest_deg_s(self) -> float:
-        """Highest rate of either axis, deg/s."""
         return max(abs(self.rate_deg_s), abs(self.inner_rate_deg_s))
 
     @property
     def mean_square_rate_deg2_s2(self) -> float:
-        """Mean square of the turning rate."""
         return self.rate_deg_s**2 + self.inner_rate_deg_s**2
 
     @property
@@ -345,7 +342,6 @@ class _InTurns(_OnAxes):
 
     @property
     def fastest_deg_s(self) -> float:
-        """Highest rate, deg/s."""
         return self.rate_deg_s
 
     @property
@@ -393,12 +389,10 @@ class Reversing(_InTurns):
 
     @property
     def outer(self) -> Vector3:
-        """Direction of the outer axis."""
         return self.axis
 
     @property
     def turns(self) -> tuple[Half, ...]:
-        """Turns of one cycle."""
         return (_OUT, self.turn_deg), (_OUT, -self.turn_deg)
 
     @model_validator(mode="after")
@@ -432,14 +426,12 @@ class Indexed(_InTurns):
 
     @property
     def turns(self) -> tuple[Half, ...]:
-        """Turns of one cycle."""
         if self.steps is not None:
             return tuple((step.axis, step.turn_deg) for step in self.steps)
         return SEQUENCES[self.sequence or "16-position"]
 
     @property
     def outer(self) -> Vector3:
-        """Direction of the outer axis, with the default filled in."""
         if self.axis is not None:
             return self.axis
         return (1.0, 0.0, 0.0) if any(axis == _IN for axis, _ in self.turns) else (0.0, 0.0, 1.0)
@@ -492,9 +484,8 @@ class TurningBlock(DerivedMotion):
             # (D − D₀) v without the cancellation: D = E D₀, (E − 1) v = 2 u × (u × v + s₀ v) for E = (s₀, u)
             turn = rotation.multiply(now, rotation.conjugate(q_bv[sample]))
             u, s0 = turn[:, 1:], turn[:, :1]
-            parts = []
-            for v in (rotation.rotate(q_bv[sample], omega), rotation.rotate(q_bv[sample], force)):
-                parts.append(2.0 * np.cross(u, np.cross(u, v) + s0 * v))
+            rotated = rotation.rotate(q_bv[sample], omega), rotation.rotate(q_bv[sample], force)
+            parts = [2.0 * np.cross(u, np.cross(u, v) + s0 * v) for v in rotated]
             parts[0] += self.turns.rate(t)
             return np.concatenate(parts, axis=1)
 

@@ -52,14 +52,9 @@ _RAMP_PANELS, _ARC_PANEL, _POINTS = 24, 0.05, 6
 """Gauss-Legendre quadrature of cos ψ and sin ψ: panels of a ramp, turn in a panel of the arc, points of a panel."""
 
 
-def step7(x: Array) -> Array:
-    """Return 35x⁴ − 84x⁵ + 70x⁶ − 20x⁷, from 0 to 1 with three vanishing derivatives at both ends."""
-    x = np.clip(x, 0.0, 1.0)
-    return np.asarray(x**4 * (35.0 + x * (-84.0 + x * (70.0 - 20.0 * x))))
-
-
 def integrated_step7(x: Array) -> Array:
-    """Return the integral of `step7` from 0 to x; 1/2 at 1, and x − 1/2 beyond."""
+    """Return the integral from 0 to x of 35x⁴ − 84x⁵ + 70x⁶ − 20x⁷, which goes from 0 to 1 with three vanishing
+    derivatives at both ends: 1/2 at 1, and x − 1/2 beyond."""
     inner = np.clip(x, 0.0, 1.0)
     return np.asarray(inner**5 * (7.0 + inner * (-14.0 + inner * (10.0 - 2.5 * inner))) + np.maximum(x - 1.0, 0.0))
 

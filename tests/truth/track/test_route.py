@@ -14,7 +14,7 @@ from sinssim.errors import InputError
 from sinssim.logs.track_motion import Track
 from sinssim.truth.motion import NORMAL_EARTH
 from sinssim.truth.track.planned_route import Route, Timetable, _stepped
-from sinssim.truth.track.route_waypoint import Corner, Waypoint, integrated_step7, step7
+from sinssim.truth.track.route_waypoint import Corner, Waypoint, integrated_step7
 from sinssim.truth.track.track_curve import track_curve
 from sinssim.truth.track.vehicle_attitude import VEHICLES
 from tests.truth.motions import Array
@@ -30,6 +30,12 @@ DRIVE = (
     Waypoint(name="C", latitude_deg=51.51, longitude_deg=-0.49, height_m=50.0),
     Waypoint(name="D", latitude_deg=51.50, longitude_deg=-0.48, height_m=50.0, stop_s=30.0),
 )
+
+
+def step7(x: np.ndarray) -> np.ndarray:
+    """Return 35x⁴ − 84x⁵ + 70x⁶ − 20x⁷, from 0 to 1 with three vanishing derivatives at both ends."""
+    x = np.clip(x, 0.0, 1.0)
+    return np.asarray(x**4 * (35.0 + x * (-84.0 + x * (70.0 - 20.0 * x))))
 
 
 def horizontal(positions: Array) -> Array:
