@@ -87,8 +87,8 @@ def in_known_field(setup: Setup) -> Setup:
 
     inner = setup.engine
 
-    def engine(own: Setup, imu: ImuData, of: Mechanization) -> NavSolution:
-        return navigate_in_field(imu, field, of.earth, lambda felt: inner(own, felt, of))
+    def engine(setup_of_run: Setup, imu: ImuData, of: Mechanization) -> NavSolution:
+        return navigate_in_field(imu, field, of.earth, lambda felt: inner(setup_of_run, felt, of))
 
     return replace(setup, engine=engine)
 
@@ -151,8 +151,8 @@ def on_platform(setup: Setup) -> Setup:
         return setup
     inner = setup.engine
 
-    def engine(own: Setup, imu: ImuData, of: Mechanization) -> NavSolution:
-        return _navigate(own, of) if of.algorithm == PLATFORM else inner(own, imu, of)
+    def engine(setup_of_run: Setup, imu: ImuData, of: Mechanization) -> NavSolution:
+        return _navigate(setup_of_run, of) if of.algorithm == PLATFORM else inner(setup_of_run, imu, of)
 
     return replace(setup, engine=engine)
 
@@ -190,8 +190,8 @@ def turned(setup: Setup) -> Setup:
     assert encoders is not None  # the block turns
     inner = setup.engine
 
-    def engine(own: Setup, imu: ImuData, of: Mechanization) -> NavSolution:
-        return encoders.turned_out(inner(own, imu, of))
+    def engine(setup_of_run: Setup, imu: ImuData, of: Mechanization) -> NavSolution:
+        return encoders.turned_out(inner(setup_of_run, imu, of))
 
     return replace(setup, initial=turned_in(setup.initial, block, float(time[0])), engine=engine)
 

@@ -111,20 +111,20 @@ def direction_k(w2: np.uint64, w3: np.uint64) -> tuple[float, float]:
 
 @strict_kernel
 def normal_pairs(
-    one: Array, two: Array, key_0: np.uint64, key_1: np.uint64, first: int, term: np.uint64, axis: np.uint64
+    gyro: Array, accel: Array, key_0: np.uint64, key_1: np.uint64, first: int, term: np.uint64, axis: np.uint64
 ) -> None:
     """Write consecutive pairs of normal numbers, (N,) each, several at a time where the processor has vector units."""
-    for n in range(len(one)):
-        one[n], two[n] = normal_pair(key_0, key_1, np.int64(first + n), term, axis)
+    for n in range(len(gyro)):
+        gyro[n], accel[n] = normal_pair(key_0, key_1, np.int64(first + n), term, axis)
 
 
 @strict_kernel
 def normal_pairs_of_runs(
-    one: Array, two: Array, key_0: Words, key_1: Words, number: int, term: np.uint64, axis: np.uint64
+    gyro: Array, accel: Array, key_0: Words, key_1: Words, number: int, term: np.uint64, axis: np.uint64
 ) -> None:
     """Write the pairs of one sample of R runs, with the keys of their seeds, as `normal_pairs`."""
-    for run in range(len(one)):
-        one[run], two[run] = normal_pair(key_0[run], key_1[run], np.int64(number), term, axis)
+    for run in range(len(gyro)):
+        gyro[run], accel[run] = normal_pair(key_0[run], key_1[run], np.int64(number), term, axis)
 
 
 def term_number(term: str) -> np.uint64:

@@ -80,9 +80,10 @@ def _corrected(measured: ImuData, calibration: ImuErrors, name: Literal["gyro", 
     terms = [(term, value) for term, value in getattr(calibration, name).acting if term.calibrated]
     acts = {term.acts_on for term, _ in terms}
 
-    def whole(part: str, start: Array, u: Array, own: Array | None = None) -> Array:
+    def whole(part: str, start: Array, u: Array, sensed: Array | None = None) -> Array:
         """Add the effect of the terms that act on a part of the reading."""
-        effects = (term.effect(value, u, force, warmth, time, own=own) for term, value in terms if term.acts_on == part)
+        acting = ((term, value) for term, value in terms if term.acts_on == part)
+        effects = (term.effect(value, u, force, warmth, time, sensed=sensed) for term, value in acting)
         return sum(effects, start)
 
     def refused(parts: tuple[str, ...], why: str) -> InputError:

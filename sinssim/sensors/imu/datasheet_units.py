@@ -167,7 +167,7 @@ def in_words(key: str, known: Collection[str]) -> str | None:
     if triads == ("gyro",) and name == "quadratic" and re.match(r"g_?(2|squared)|v", words):
         return "sinssim has no error of gyros in the square of the acceleration; gyro_g_sensitivity is the linear one"
     meant = [_key_of(triad, name, unit, known) for triad in triads]
-    keys = " or ".join(found for found in meant if found)
+    keys = " or ".join(key for key in meant if key)
     return _hint(name, triads, unit).format(keys=keys) if keys else None
 
 
@@ -185,10 +185,10 @@ def _key_of(triad: str, name: str, unit: str, known: Collection[str]) -> str | N
     """Return the key of a term in the given unit, or in the scenario's if it cannot have that unit."""
     for term in TERMS:
         if term.triad == triad and (term.field == name or term.name == f"{triad}_{name}"):
-            own = term.sigma_key if term.drawn else term.key
-            if own not in known:
+            key = term.sigma_key if term.drawn else term.key
+            if key not in known:
                 return None
-            return own.removesuffix(next(iter(term.units))) + unit if unit in term.units else own
+            return key.removesuffix(next(iter(term.units))) + unit if unit in term.units else key
     return None
 
 

@@ -68,7 +68,7 @@ _MOST = {"deg": 3.6e6, "ug": 1e8, "ppm": 1e6, "arcsec": 1.296e6, "mm": 1e8, "s":
 _OFF_DIAGONAL = ~np.eye(3, dtype=bool)
 
 Regressor = Callable[[Any, Any, Any, Any, Any], Any]
-"""What one value of a term multiplies in the mean reading of its sensor, to first order: of `own`, the mean rate or
+"""What one value of a term multiplies in the mean reading of its sensor, to first order: of `sensed`, the mean rate or
 specific force along the sensitive axis of sensor i; `along`, that along axis j of the sensor block; `force`, the
 specific force along axis j, m/s²; `warmth`, the temperature above that of the calibration, K; `time` since the start,
 s. A value with one index has j = i. Sums, products and abs, which numbers, arrays and the compiled kernel have."""
@@ -199,7 +199,7 @@ class ErrorTerm:
         return np.zeros(self.shape) if self.drawn else self.without
 
     def factors(self, warmth: Any, time: Any) -> tuple[Any, Any, Any, Any]:
-        """Return the factors of 1, `own`, `along` and `force` in what it multiplies, if that is linear in these.
+        """Return the factors of 1, `sensed`, `along` and `force` in what it multiplies, if that is linear in these.
 
         Args:
             warmth: temperature above that of the calibration, (...) K.
@@ -254,7 +254,7 @@ class ErrorTerm:
         force: Array,
         warmth: ArrayLike = 0.0,
         time: ArrayLike = 0.0,
-        own: Array | None = None,
+        sensed: Array | None = None,
         *,
         whole: bool = True,
     ) -> Any:
@@ -265,22 +265,22 @@ class ErrorTerm:
             force: mean specific forces, (..., 3) m/s².
             warmth: temperature above that of the calibration, (...) K.
             time: time since the start, (...) s.
-            own: inputs along the sensitive axes, (..., 3); by default x, to first order.
+            sensed: inputs along the sensitive axes, (..., 3); by default x, to first order.
 
         Returns:
             One factor for each value, (..., 3), or (..., 3, 3) for a matrix; zeros for a noise.
         """
-        own, along, matrix = x if own is None else own, x, len(self.shape) == 2
+        sensed, along, matrix = x if sensed is None else sensed, x, len(self.shape) == 2
         if matrix:
-            own, along, force = own[..., None], x[..., None, :], force[..., None, :]
+            sensed, along, force = sensed[..., None], x[..., None, :], force[..., None, :]
         warmth, time = (
             np.asarray(quantity)[(..., None, None) if matrix else (..., None)] for quantity in (warmth, time)
         )
-        factors = 0.0 * own if self.multiplies is None else self.multiplies(own, along, force, warmth, time)
+        factors = 0.0 * sensed if self.multiplies is None else self.multiplies(sensed, along, force, warmth, time)
         return (
             factors
             if not whole
-            else np.broadcast_to(factors, np.broadcast_shapes(np.shape(factors), own.shape, along.shape))
+            else np.broadcast_to(factors, np.broadcast_shapes(np.shape(factors), sensed.shape, along.shape))
         )
 
     def effect(self, value: Array, *motion: Any, **options: Any) -> Array:

@@ -65,7 +65,7 @@ _ROWS = (
     *_both(
         "bias", 3, RATE, ACCELERATION,
         si_unit="{rate}",
-        multiplies=lambda own, along, force, warmth, time: 1.0,
+        multiplies=lambda sensed, along, force, warmth, time: 1.0,
         label="bias",
         meaning="output at zero input, constant in a run",
         explanation="turn-on biases (ω₀ and a₀ of equation (2))",
@@ -75,7 +75,7 @@ _ROWS = (
     *_both(
         "scale", 3, RATIO, RATIO,
         si_unit="1",
-        multiplies=lambda own, along, force, warmth, time: own,
+        multiplies=lambda sensed, along, force, warmth, time: sensed,
         label="scale factor",
         meaning="relative error of the output",
         explanation="relative scale-factor errors (k and h of equation (2))",
@@ -87,7 +87,7 @@ _ROWS = (
     *_both(
         "misalignment", 6, ANGLE, ANGLE,
         si_unit="rad",
-        multiplies=lambda own, along, force, warmth, time: along,
+        multiplies=lambda sensed, along, force, warmth, time: along,
         label="tilt towards",
         meaning="tilt of a sensitive axis towards each of the others",
         explanation="the six angles xy, xz, yx, yz, zx, zy; ij is the tilt of sensitive axis i towards axis j of the "
@@ -102,7 +102,7 @@ _ROWS = (
     *_both(
         "asymmetry", 3, RATIO, RATIO,
         si_unit="1",
-        multiplies=lambda own, along, force, warmth, time: 0.5 * abs(own),
+        multiplies=lambda sensed, along, force, warmth, time: 0.5 * abs(sensed),
         label="asymmetry",
         meaning="scale factor of positive inputs minus that of negative ones",
         explanation="relative scale factor for positive inputs minus that for negative inputs",
@@ -114,7 +114,7 @@ _ROWS = (
     *_both(
         "quadratic", 3, per(RATIO, {"deg_s": DEG, "rad_s": 1.0}), per(ACCELERATION, {"g2": G0**2}),
         si_unit="1/({rate})",
-        multiplies=lambda own, along, force, warmth, time: own * own,
+        multiplies=lambda sensed, along, force, warmth, time: sensed * sensed,
         meaning="error that grows with the square of the input",
         stage="BENT",
         untold="quadratic terms",
@@ -134,7 +134,7 @@ _ROWS = (
     *_both(
         "cubic", 3, per(RATIO, {"deg2_s2": DEG**2, "rad2_s2": 1.0}), per(ACCELERATION, {"g3": G0**3}),
         si_unit="1/({rate})²",
-        multiplies=lambda own, along, force, warmth, time: own * own * own,
+        multiplies=lambda sensed, along, force, warmth, time: sensed * sensed * sensed,
         meaning="error that grows with the cube of the input",
         stage="BENT",
         untold="cubic terms",
@@ -154,7 +154,7 @@ _ROWS = (
     ErrorTerm(
         "accel_cross_axis", "accel", "cross_axis", 6, per(ACCELERATION, {"g2": G0**2}),
         si_unit="1/({rate})",
-        multiplies=lambda own, along, force, warmth, time: own * along,
+        multiplies=lambda sensed, along, force, warmth, time: sensed * along,
         label="coupling with",
         meaning="error that grows with the product of the inputs along and across the sensitive axis",
         explanation="the six couplings xy, xz, yx, yz, zx, zy; ij is the error of accelerometer i per product of the "
@@ -168,7 +168,7 @@ _ROWS = (
     ErrorTerm(
         "gyro_g_sensitivity", "gyro", "g_sensitivity", 9, per(RATE, PER_G),
         si_unit="rad/s/(m/s²)",
-        multiplies=lambda own, along, force, warmth, time: force,
+        multiplies=lambda sensed, along, force, warmth, time: force,
         label="g-sensitivity to",
         meaning="apparent rate due to an acceleration",
         explanation="the nine biases per specific force xx, xy, xz, yx, …, zz; ij is the bias of gyro i per specific "
@@ -181,7 +181,7 @@ _ROWS = (
     *_both(
         "bias_temperature", 3, per(RATE, PER_DEGREE), per(ACCELERATION, PER_DEGREE),
         si_unit="{rate}/K",
-        multiplies=lambda own, along, force, warmth, time: warmth,
+        multiplies=lambda sensed, along, force, warmth, time: warmth,
         label="bias, with temperature",
         meaning="change of the bias per degree of warming",
         explanation="biases per degree Celsius above the temperature of the calibration",
@@ -192,7 +192,7 @@ _ROWS = (
     *_both(
         "scale_temperature", 3, per(RATIO, PER_DEGREE), per(RATIO, PER_DEGREE),
         si_unit="1/K",
-        multiplies=lambda own, along, force, warmth, time: warmth * own,
+        multiplies=lambda sensed, along, force, warmth, time: warmth * sensed,
         label="scale factor, with temperature",
         meaning="change of the scale-factor error per degree of warming",
         explanation="scale-factor errors per degree Celsius",
@@ -204,7 +204,7 @@ _ROWS = (
     *_both(
         "ramp", 3, per(RATE, PER_HOUR), per(ACCELERATION, PER_HOUR),
         si_unit="{rate}/s",
-        multiplies=lambda own, along, force, warmth, time: time,
+        multiplies=lambda sensed, along, force, warmth, time: time,
         label="growth of the bias",
         meaning="steady growth of the bias",
         explanation="growth of the biases from the start (rate ramp R)",

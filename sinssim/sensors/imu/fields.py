@@ -79,8 +79,8 @@ class TriadErrors:
     @property
     def acting(self) -> list[tuple[ErrorTerm, Array]]:
         """The rows of the table whose values multiply something in the readings and are not all zero, with these."""
-        found = ((term, getattr(self, name)) for name, term in FIELDS.items() if term.multiplies is not None)
-        return [(term, value) for term, value in found if np.count_nonzero(value)]
+        given = ((term, getattr(self, name)) for name, term in FIELDS.items() if term.multiplies is not None)
+        return [(term, value) for term, value in given if np.count_nonzero(value)]
 
 
 Three = tuple[float, float, float]

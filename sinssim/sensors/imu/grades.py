@@ -64,7 +64,7 @@ class TriadGrade:
 _MAIN = ("bias", "scale", "misalignment", "random_walk")
 """Errors that every sensor has; a source that does not say them is told."""
 
-_FIELDS = {one.name for one in fields(TriadGrade)} - {"others"}
+_FIELDS = {item.name for item in fields(TriadGrade)} - {"others"}
 
 
 @dataclass(frozen=True)

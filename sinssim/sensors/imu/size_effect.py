@@ -165,7 +165,7 @@ def _bend(name: str, errors: ImuErrors, u: Array, force: Array, time: Array) -> 
     """Return the part of the readings of a triad that is not linear in the inputs, n(x), (N, 3)."""
     terms, warmth = getattr(errors, name).acting, errors.warm_up.temperature(time)
     x = sum((term.effect(value, u, force, warmth, time) for term, value in terms if term.acts_on == "axis"), u)
-    bent = (term.effect(value, u, force, warmth, time, own=x) for term, value in terms if term.slopes is None)
+    bent = (term.effect(value, u, force, warmth, time, sensed=x) for term, value in terms if term.slopes is None)
     return sum(bent, np.zeros_like(u))
 
 

@@ -64,8 +64,8 @@ _CONVERSION = '''
     @property
     def acting(self) -> list[tuple[ErrorTerm, Array]]:
         """The rows of the table whose values multiply something in the readings and are not all zero, with these."""
-        found = ((term, getattr(self, name)) for name, term in FIELDS.items() if term.multiplies is not None)
-        return [(term, value) for term, value in found if np.count_nonzero(value)]
+        given = ((term, getattr(self, name)) for name, term in FIELDS.items() if term.multiplies is not None)
+        return [(term, value) for term, value in given if np.count_nonzero(value)]
 '''
 _SENSORS = {"gyro": "gyros", "accel": "accelerometers"}
 _SIZES = {3: "Three", 6: "Six", 9: "Nine"}

@@ -92,8 +92,8 @@ def combined_errors(
     that changes with temperature are not included. `blocks` are as of `draw_single_sensors`; `used` are the gyros and
     the accelerometers in use, (m,) each, by default all."""
 
-    def triad(kind: Literal["gyro", "accel"], own: Array | None) -> TriadErrors:
-        by_field = maps(directions, own)
+    def triad(kind: Literal["gyro", "accel"], reading: Array | None) -> TriadErrors:
+        by_field = maps(directions, reading)
 
         def combined(field: str) -> Array:
             return np.asarray(by_field[field] @ _of_sensors(blocks, kind, field, len(directions)).ravel())
@@ -135,10 +135,10 @@ def combined_sigma(sigma: ImuErrors, imu: Imu) -> ImuErrors:
     sizes = {field: np.linalg.norm(columns, axis=1) for field, columns in by_field.items()}
     mean = float(np.sqrt(np.mean(sizes["bias"] ** 2)))
 
-    def triad(own: TriadErrors) -> TriadErrors:
-        fields: dict[str, Any] = {field: mean * getattr(own, field) for field in _NOISES}
+    def triad(triad_errors: TriadErrors) -> TriadErrors:
+        fields: dict[str, Any] = {field: mean * getattr(triad_errors, field) for field in _NOISES}
         for field, term in FIELDS.items():
-            value = getattr(own, field)
+            value = getattr(triad_errors, field)
             if term.multiplies is None:
                 continue
             if field not in sizes:
@@ -147,9 +147,10 @@ def combined_sigma(sigma: ImuErrors, imu: Imu) -> ImuErrors:
                 fields[field] = sizes[field] * value
             else:
                 fields[field] = _in_shape(float(np.max(value)) * sizes[field].reshape(3, 3), field)
-        matrix = np.hypot(*(float(np.max(getattr(own, f))) * sizes[f].reshape(3, 3) for f in ("scale", "misalignment")))
+        parts = (float(np.max(getattr(triad_errors, f))) * sizes[f].reshape(3, 3) for f in ("scale", "misalignment"))
+        matrix = np.hypot(*parts)
         scale = matrix.diagonal().copy()
-        return replace(own, **fields | {"scale": scale, "misalignment": matrix - np.diag(scale)})
+        return replace(triad_errors, **fields | {"scale": scale, "misalignment": matrix - np.diag(scale)})
 
     return replace(sigma, gyro=triad(sigma.gyro), accel=triad(sigma.accel))
 
@@ -163,7 +164,7 @@ class Inputs:
     """What acts on the sensors of one kind, as the set itself estimates it."""
 
     start: Array  # time of the edges since the first one, (N+1,) s
-    own: Array  # increments of what the sensors measure, (N, 3) rad or m/s
+    sensed: Array  # increments of what the sensors measure, (N, 3) rad or m/s
     force: Array  # velocity increments, (N, 3) m/s
 
 
@@ -198,13 +199,13 @@ def _features(term: ErrorTerm, imu: Imu, directions: Array, inputs: Inputs) -> I
     for axes in axes_of_values(directions, term.size):
         if term.slopes is None:
             sensitive_input, across, force = (
-                along(inputs.own, directions),
-                along(inputs.own, axes),
+                along(inputs.sensed, directions),
+                along(inputs.sensed, axes),
                 along(inputs.force, axes),
             )
             yield dt * term.multiplies(sensitive_input / dt, across / dt, force / dt, warmth, middle), np.eye(len(axes))
             continue
-        motions = (dt, inputs.own, inputs.own, inputs.force)
+        motions = (dt, inputs.sensed, inputs.sensed, inputs.force)
         towards = (np.ones((len(axes), 1)), directions, axes, axes)
         for slope, factor, motion, rows in zip(
             term.slopes, term.factors(warmth, middle), motions, towards, strict=True

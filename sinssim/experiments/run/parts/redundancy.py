@@ -246,35 +246,37 @@ def alarms(monitored: Sequence[Monitored]) -> Item:
     return Table((Column("faulty sensor", words=True), *heads), rows)
 
 
-def statistic(one: Monitored, edges: Array) -> Chart:
+def statistic(monitored: Monitored, edges: Array) -> Chart:
     """Return the statistics of one kind of sensor and their threshold."""
     lines = [
         Line(label=name, x=edges[1:], y=row, weight="thin")
-        for name, row in zip(window_names(one.windows), one.statistic, strict=True)
+        for name, row in zip(window_names(monitored.windows), monitored.statistic, strict=True)
         if np.isfinite(row).any()
     ]
-    limit = Line(label="threshold", x=edges[1:], y=one.threshold, color="refused", weight="bold", dash="--")
+    limit = Line(label="threshold", x=edges[1:], y=monitored.threshold, color="refused", weight="bold", dash="--")
     marks = [
         Rule(at=alarm.isolated or alarm.detected, upright=True, dash=":",
              text=f"{alarm.sensor} excluded" if alarm.sensor else "fault detected")
-        for alarm in one.alarms
+        for alarm in monitored.alarms
     ]  # fmt: skip
-    y = Axis(low=0.0, high=_SHOWN * float(np.nanmax(one.threshold)))
-    title = f"{capital(NAMES[one.kind])}s: test statistic"
+    y = Axis(low=0.0, high=_SHOWN * float(np.nanmax(monitored.threshold)))
+    title = f"{capital(NAMES[monitored.kind])}s: test statistic"
     span = (float(edges[0]), float(edges[-1]))
-    return Chart(key=f"redundancy/{one.kind}/statistic", title=title, x=over(span), y=y, marks=(*lines, limit, *marks))
+    return Chart(
+        key=f"redundancy/{monitored.kind}/statistic", title=title, x=over(span), y=y, marks=(*lines, limit, *marks)
+    )
 
 
-def used(one: Monitored, edges: Array) -> Chart:
+def used(monitored: Monitored, edges: Array) -> Chart:
     """Return which sensors of one kind are in use."""
-    count = one.used.shape[1]
+    count = monitored.used.shape[1]
     marks = tuple(
-        Line(label=str(k + 1), x=edges[1:], y=np.where(one.used[:, k], k + 1.0, np.nan), weight="bold")
+        Line(label=str(k + 1), x=edges[1:], y=np.where(monitored.used[:, k], k + 1.0, np.nan), weight="bold")
         for k in range(count)
     )
-    title = f"{capital(NAMES[one.kind])}s in use"
+    title = f"{capital(NAMES[monitored.kind])}s in use"
     y = Axis(low=0.0, high=count + 1.0)
-    return Chart(key=f"redundancy/{one.kind}/used", title=title, x=over((float(edges[0]), float(edges[-1]))), y=y,
+    return Chart(key=f"redundancy/{monitored.kind}/used", title=title, x=over((float(edges[0]), float(edges[-1]))), y=y,
                  marks=marks)  # fmt: skip
 
 
