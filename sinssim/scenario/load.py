@@ -47,6 +47,13 @@ def load_scenario(path: str | Path, overrides: Overrides = ()) -> Scenario:
     return _overridden(data, text, str(path), overrides, file)
 
 
+def scenario_of_text(text: str, folder: Path, overrides: Overrides = ()) -> Scenario:
+    """Return the checked scenario of a text as in a file of a folder, to which its paths are relative."""
+    data = tomllib.loads(text)
+    _files_from(data, folder)
+    return _overridden(data, text, "the suggested scenario", overrides, None)
+
+
 def as_scenario(scenario: Scenario | str | Path, overrides: Overrides = ()) -> Scenario:
     """Return a scenario that is given as such, by the path of its TOML file or by its name, with settings as for
     `load_scenario`."""

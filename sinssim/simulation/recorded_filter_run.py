@@ -117,11 +117,11 @@ class Prepared:
     moved: Excitation
 
 
-def prepare(scenario: Scenario) -> Prepared:
-    """Read the files of a scenario with [log], and write out what follows from them."""
+def prepare(scenario: Scenario, log: RecordedLog | None = None) -> Prepared:
+    """Read the files of a scenario with [log] unless their contents are given; write out what follows from them."""
     section = scenario.log
     assert section is not None
-    log = recorded_log(section, scenario.imu.mounting_deg)
+    log = recorded_log(section, scenario.imu.mounting_deg) if log is None else log
     start = recorded_start(log, section.start, scenario.imu.mounting_deg, scenario.navigation.gravity)
     imu, time = log.imu, log.imu.time
     rate = float(f"{log.rate_hz:.{_RATE_DIGITS}g}")

@@ -167,7 +167,7 @@ def test_outages_of_a_run_and_of_further_passes(monkeypatch: pytest.MonkeyPatch)
     errors = {"own": ERROR, "other": double, "smooth": ERROR}
     reference = SimpleNamespace(name="r", error_of=lambda solution: errors[solution])
     passed = []
-    monkeypatch.setattr(judged_outages, "_pass", lambda sensed, prepared, spans: passed.append(spans) or other)
+    monkeypatch.setattr(judged_outages, "outage_pass", lambda sensed, prepared, spans: passed.append(spans) or other)
     aided: Any = SimpleNamespace(estimate=estimate)
 
     def judged() -> Any:
@@ -207,12 +207,14 @@ def test_withheld_fixes_judge_outages_if_there_is_no_reference() -> None:
     own = SimpleNamespace(log=SimpleNamespace(gnss=gnss))
     fixes = SimpleNamespace(time=np.array([5.0, 6.0]), latitude=np.array([0.1, 0.2]), longitude=np.array([0.3, 0.5]),
                             height=np.array([7.0, 9.0]))  # fmt: skip
-    found = judged_outages._reference(SimpleNamespace(scenario=own, log=SimpleNamespace(reference=None, fixes=fixes)))
+    found = judged_outages.outage_reference(
+        SimpleNamespace(scenario=own, log=SimpleNamespace(reference=None, fixes=fixes))
+    )
     assert (found.name, found.lever_arm) == ("the withheld fixes", (0.5, -1.5, 2.5))
     for name in ("time", "latitude", "longitude", "height"):
         np.testing.assert_array_equal(getattr(found, name), getattr(fixes, name))
     given = SimpleNamespace(scenario=own, log=SimpleNamespace(reference="r", fixes=fixes))
-    assert judged_outages._reference(given) == "r"
+    assert judged_outages.outage_reference(given) == "r"
 
 
 def test_the_known_errors_of_a_unit_are_those_given_as_numbers(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -26,17 +26,19 @@ from sinssim.analyses.inspection.file_layouts import (
 from sinssim.analyses.inspection.inertial_columns import Layout
 from sinssim.analyses.inspection.log_corrections import changes, corrected_columns, corrected_scenario
 from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact, wrong
-from sinssim.analyses.inspection.stream_inspection import Described, Inspection, inspect_streams
+from sinssim.analyses.inspection.stream_inspection import MAY_BE_WORSE, Described, Inspection, inspect_streams
 from sinssim.analyses.inspection.suggested_scenario import suggested_scenario
 from sinssim.analyses.inspection.text_columns import TextTable, read_table
+from sinssim.analyses.inspection.unit_axes import WORSE
 from sinssim.content import list_content
-from sinssim.errors import InputError
+from sinssim.errors import InputError, SinssimError
 from sinssim.logs.formats.registry import candidates, folder_of, read_file
 from sinssim.logs.gps_time import file_clock, gps_instant
 from sinssim.logs.log_files import fix_stream, inertial_stream, solution_stream
 from sinssim.logs.log_settings import LogFile, LogReference
 from sinssim.logs.recorded_log import quality_factor
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
+from sinssim.progress import Progress, silent
 from sinssim.scenario.true_motion import mounting
 
 if TYPE_CHECKING:
@@ -63,13 +65,21 @@ class Inspected:
     why: str = ""
 
 
-def inspect(paths: Sequence[Path | str], folder: Path | str = ".", *, land: bool = False) -> Inspected:
+def inspect(
+    paths: Sequence[Path | str],
+    folder: Path | str = ".",
+    *,
+    land: bool = False,
+    trial: bool = False,
+    progress: Progress = silent,
+) -> Inspected:
     """Inspect recorded files before anybody relies on them.
 
     Args:
         paths: files of one inertial unit, one satellite receiver, or both; or a scenario (.toml) that describes them.
         folder: where the suggested scenario will be; its paths are relative to it.
         land: whether the vehicle moves on wheels; the scenario then has the constraint of wheels, and stops.
+        trial: whether the suggested scenario is run without the fixes of some outages, and follows what they show.
 
     Returns:
         What the data are, what is doubtful, and a scenario to start from.
@@ -117,8 +127,30 @@ def inspect(paths: Sequence[Path | str], folder: Path | str = ".", *, land: bool
     left = (*guessed.left, *(f"{error} The file is not used." for error in unread))
     result.findings += [doubt("files", text, "Omit the file.") for text in left]
     if scenario is None:
-        return Inspected(result, tuple(files), _scenario(result, files, guessed, Path(folder), land))
+        suggested = _scenario(result, files, guessed, Path(folder), land)
+        if suggested is not None and trial and result.usable:
+            suggested = _after_trial(result, suggested, Path(folder), progress)
+        return Inspected(result, tuple(files), suggested)
     return Inspected(result, tuple(files), *_corrected(result, files, scenario, source, Path(folder), land=land))
+
+
+def _after_trial(result: Inspection, text: str, folder: Path, progress: Progress) -> str:
+    """Return a suggested scenario with the settings that its trial shows to be needed; add the trial's finding."""
+    from sinssim.analyses.inspection.suggestion_trial import try_suggestion
+
+    trial = try_suggestion(text, folder, result, progress)
+    if trial is None:
+        return text
+    if isinstance(trial, SinssimError):
+        fix = "Complete the scenario, or give files with fixes from the beginning on."
+        result.findings.append(doubt("trial", f"The suggested scenario does not run: {trial}", fix))
+        return text
+    if trial.chosen.good:
+        result.findings = [
+            replace(f, fix=f.fix.removeprefix(WORSE), text=f.text.replace(MAY_BE_WORSE, "")) for f in result.findings
+        ]
+    result.findings.append(trial.finding)
+    return trial.written(text)
 
 
 def _corrected(
@@ -374,7 +406,7 @@ def are_raw(names: Sequence[str]) -> bool:
     return True
 
 
-def suggest(paths: Sequence[Path]) -> Suggestion:
+def suggest(paths: Sequence[Path], progress: Progress = silent) -> Suggestion:
     """Return the scenario that recorded files suggest: their navigation, or a simulated unit on their track.
 
     Args:
@@ -392,7 +424,7 @@ def suggest(paths: Sequence[Path]) -> Suggestion:
         streams = read_file(paths[0])
         if not streams.inertial:
             return Suggestion(_track(paths[0], streams.format))
-    inspected = inspect(paths, Path("/nowhere"))
+    inspected = inspect(paths, Path("/nowhere"), trial=True, progress=progress)
     wrong = [finding.sentence for finding in inspected.inspection.findings if finding.grade == "wrong"]
     if wrong:
         raise InputError(

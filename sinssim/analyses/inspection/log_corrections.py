@@ -182,7 +182,8 @@ def since(inspection: Inspection, time: float) -> float:
         time: on the clock of the fixes, s.
     """
     assert inspection.inertial is not None
-    return time + (inspection.offset or 0.0) - float(inspection.inertial.time[0])
+    offset = inspection.stated if inspection.offset is None else inspection.offset
+    return time + (offset or 0.0) - float(inspection.inertial.time[0])
 
 
 def starts(inspection: Inspection, *, of_reference: bool = False) -> float:
@@ -191,7 +192,7 @@ def starts(inspection: Inspection, *, of_reference: bool = False) -> float:
     Args:
         of_reference: whether a reference gives the start, which has to contain the first instant.
     """
-    if inspection.fixes is None or inspection.offset is None:
+    if inspection.fixes is None or (inspection.offset is None and inspection.stated is None):
         return 0.0
     fixes = inspection.fixes
     known = fixes.time[np.isfinite(fixes.latitude) & np.isfinite(fixes.longitude) & np.isfinite(fixes.height)]

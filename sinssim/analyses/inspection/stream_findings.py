@@ -5,6 +5,7 @@ A finding is a fact, a doubt, or an error, in one sentence, with what to do abou
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -314,7 +315,7 @@ def fix_findings(fixes: FixStream, delay: float) -> list[Finding]:
                 "fixes", "The fixes have no standard deviations.", "Give the filter those of the receiver's datasheet."
             )
         )
-    return findings + _steps(fixes, delay)
+    return [*findings, *_jumps(fixes), *_steps(fixes, delay)]
 
 
 def _place(fixes: FixStream) -> list[Finding]:
@@ -342,6 +343,42 @@ def _range(angle: Array) -> str:
     return f"{np.degrees(np.min(angle)):.6f}° to {np.degrees(np.max(angle)):.6f}°"
 
 
+_OUTLIERS = 3
+"""Fixes between two jumps up to which they are outliers, which the filter's gate refuses."""
+
+
+def _jumps(fixes: FixStream) -> Iterator[Finding]:
+    """Yield the doubt on steps of the position that no vehicle makes, with the longest part without such a step.
+
+    A receiver that has lost its satellites may report a wrong or an old position for some time.
+    """
+    good = np.isfinite(fixes.latitude) & np.isfinite(fixes.longitude) & np.isfinite(fixes.height)
+    good &= np.append(True, np.diff(fixes.time) > 0.0)
+    time = fixes.time[good]
+    place = earth.geodetic_to_ecef(fixes.latitude[good], fixes.longitude[good], fixes.height[good], ELLIPSOIDS["wgs84"])
+    speed = np.linalg.norm(np.diff(place, axis=0), axis=1) / np.diff(time)
+    jumps = np.flatnonzero(speed > _FASTEST)
+    if not len(jumps):
+        return
+    k = int(np.argmax(speed))
+    text = f"Between {time[k]:.6g} s and {time[k + 1]:.6g} s the position moves at {speed[k]:.4g} m/s."
+    fix, numbers = "One of the two fixes is wrong, or the times are.", dict[str, Any](time_s=float(time[k]))
+    parts: list[tuple[int, int]] = []
+    for first, last in zip(np.append(0, jumps + 1), np.append(jumps, len(time) - 1), strict=True):
+        before = parts[-1] if parts else None
+        if last - first < _OUTLIERS:
+            continue
+        if before and np.linalg.norm(place[first] - place[before[1]]) < _FASTEST * (time[first] - time[before[1]]):
+            parts[-1] = (before[0], last)
+        else:
+            parts.append((first, last))
+    if len(parts) > 1:
+        begin, end = max(((float(time[a]), float(time[b])) for a, b in parts), key=lambda part: part[1] - part[0])
+        fix = f"Which fixes are wrong? The scenario uses the longest part without one, {begin:.6g} to {end:.6g} s."
+        numbers["sound_s"] = begin, end
+    yield doubt("fixes", text, fix, **numbers)
+
+
 def _steps(fixes: FixStream, delay: float) -> list[Finding]:
     """Compare steps of the position with the velocity in between."""
     good = np.isfinite(fixes.latitude) & np.isfinite(fixes.longitude) & np.isfinite(fixes.height)
@@ -358,12 +395,7 @@ def _steps(fixes: FixStream, delay: float) -> list[Finding]:
     middle = 0.5 * (time[1:] + time[:-1]) + delay
     mean = np.stack([np.interp(middle, time, axis) for axis in velocity.T], axis=1)
     short = length < 1.5 * float(np.median(length))
-    fast = np.linalg.norm(moved, axis=1) / length
     findings: list[Finding] = []
-    if float(np.max(fast)) > _FASTEST:
-        k = int(np.argmax(fast))
-        text = f"Between {time[k]:.6g} s and {time[k + 1]:.6g} s the position moves at {fast[k]:.4g} m/s."
-        findings.append(doubt("fixes", text, "One of the two fixes is wrong, or the times are.", time_s=float(time[k])))
     misfit = (moved - mean * length[:, None])[short, :2]
     size = np.linalg.norm(misfit, axis=1)
     usual = 1.4826 * float(np.median(np.abs(misfit)))

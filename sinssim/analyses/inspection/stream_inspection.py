@@ -67,8 +67,11 @@ class Inspection:
         lasting: whether errors of the fixes last, as the match shows.
         quiet: readings in quiet spans.
         fast: densities of what changes from sample to sample in the whole log, rad/√s and m/s/√s, (3,) each.
+        sound: part of the fixes that is inspected and used, s; None for all of them.
         offset: the unit's clock minus that of the positions, s; None if unknown.
+        stated: the same as the files state it, s; None if they do not.
         late: how much later the unit's stamps are than the files state, s; 0 if the data do not show it.
+        unproven_late: the same by the least residual of the match, where it is not much less than others; 0 otherwise.
         drift: how much faster the unit's clock runs than that of the receiver, s/s; 0 if the data show none.
         velocity_delay: age of the velocities at their stamps, s; None if unknown.
         mounting: the unit in its vehicle; None if unknown.
@@ -86,8 +89,11 @@ class Inspection:
     residual: float | None = None
     bias: Array | None = None
     lasting: bool = False
+    sound: tuple[float, float] | None = None
     offset: float | None = None
+    stated: float | None = None
     late: float = 0.0
+    unproven_late: float = 0.0
     drift: float = 0.0
     velocity_delay: float | None = None
     mounting: Mounting | None = None
@@ -146,7 +152,12 @@ def inspect_streams(files: Sequence[Streams], described: Described | None = None
         delay = velocity_delay(result.fixes)
         result.velocity_delay = delay.value if delay is not None and delayed(delay, interval_of(result.fixes)) else None
         result.findings += delay_findings(result.fixes, delay, description.delay)
-        result.findings += fix_findings(result.fixes, result.velocity_delay or 0.0)
+        of_fixes = fix_findings(result.fixes, result.velocity_delay or 0.0)
+        result.findings += of_fixes
+        result.sound = next((f.numbers["sound_s"] for f in of_fixes if "sound_s" in f.numbers), None)
+        if result.sound is not None:
+            begin, end = result.sound
+            result.fixes = result.fixes.rows((result.fixes.time >= begin) & (result.fixes.time <= end))
     if not inertial:
         return result
     result.inertial = inertial[0][2]
@@ -243,6 +254,7 @@ def _inspect_together(
     clocks = of_unit.clock, of_receiver.clock
     agreed = agreement(readings, fixes, *clocks, described.axes, result.inertial.kind)
     result.findings += agreed.readings
+    result.stated = agreed.stated
     rate, force = rate @ agreed.gyro.T, force @ agreed.accel.T
     before = (np.eye(3), np.eye(3)) if result.reading is None else result.reading
     if any(finding.grade == "wrong" for finding in agreed.readings) or result.reading is not None:
@@ -263,6 +275,8 @@ def _inspect_together(
             result.late = result.offset - (agreed.stated or 0.0)
     elif agreed.stated is None:
         return (time, rate, force), None
+    else:
+        result.unproven_late = offset.value + delay - agreed.stated
     at = offset.value if offset.shown or agreed.stated is None else agreed.stated
     if any(f.grade == "fact" for f in agreed.readings):
         result.residual = offset.match.residual
@@ -291,10 +305,10 @@ def _inspect_together(
     return (readings[0], rate, force), motion_of(fixes, at)
 
 
+MAY_BE_WORSE = ": navigation may be worse than the fixes alone"
 _UNCONFIRMED = doubt(
     "navigation",
-    "The motion confirms neither units and axes nor the offset of the clocks nor the mounting: navigation may be worse "
-    "than the fixes alone.",
+    f"The motion confirms neither units and axes nor the offset of the clocks nor the mounting{MAY_BE_WORSE}.",
     "Run the suggested scenario with --outage 5/20, which compares it with the fixes alone.",
     may_be_worse=True,
 )

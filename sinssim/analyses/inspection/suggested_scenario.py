@@ -103,16 +103,20 @@ def _gnss(inspection: Inspection, file: str, keys: dict[str, Any]) -> Iterator[s
 
 def _begin(inspection: Inspection, *, of_reference: bool) -> Iterator[str]:
     """Yield the span of the run if the satellites or the reference come later, or a gap cannot be bridged."""
-    late, last = starts(inspection, of_reference=of_reference), None
+    late, last, follows = starts(inspection, of_reference=of_reference), None, ""
     what = "the reference gives the initial state" if of_reference else "first fix, which gives the initial position"
     if inspection.inertial is not None and (span := bridges(inspection.inertial.time, _BRIDGED)[1]) is not None:
         if span[0] > late:
             late, what = span[0], "longest part without a gap of more than 10 s"
-        last = span[1]
+        last, follows = span[1], "a gap of more than 10 s follows"
+    if inspection.sound is not None and inspection.inertial is not None:
+        end = since(inspection, inspection.sound[1])
+        if end < (float(np.ptp(inspection.inertial.time)) if last is None else last) - 1.0:
+            last, follows = end, "the position jumps then"
     if late or last is not None:
         yield "[log]"
         yield from () if not late else (f"from_s = {late:.3f}  # {what}",)
-        yield from () if last is None else (f"to_s = {last:.3f}  # a gap of more than 10 s follows",)
+        yield from () if last is None else (f"to_s = {last:.3f}  # {follows}",)
         yield ""
 
 

@@ -26,6 +26,8 @@ from sinssim.data import Array
 from sinssim.logs.column_description import DIRECTIONS
 from sinssim.sensors.aiding.gnss import WORST
 
+WORSE = "Navigation with these inertial data is probably worse than the fixes alone. "
+"""So it was in seven of eight public logs whose suggested scenario was run."""
 CLEARLY = 2.0
 """Factor by which another reading must reduce the residual before it is believed."""
 _RATE = 25.0  # samples a second are enough for the question
@@ -219,9 +221,9 @@ def _judged(stated: Match, best: _Other, by_turns: _Other, window: float, *, ref
             f"In windows of {window:.3g} s the velocity of the fixes changes by {stated.moved:.3g} m/s rms, and the "
             f"data explain it to {stated.residual:.3g} m/s only; so does every other interpretation of the columns."
         )
-        fix = (  # probably: so it was in seven of eight public logs whose suggested scenario was run
-            "Navigation with these inertial data is probably worse than the fixes alone. Likely causes: the unit moves "
-            "in the vehicle or is beyond its range, or the files are not of the same vehicle and time."
+        fix = (
+            f"{WORSE}Likely causes: the unit moves in the vehicle or is beyond its range, or the files are not of the "
+            "same vehicle and time."
         )
         numbers["worse_than_fixes"] = True
     return Reading([doubt("units and axes", text, fix, **numbers)])

@@ -301,7 +301,9 @@ def inspect(
             raise InputError(f"--out {out}: a scenario's file ends with .toml.")
         if out.exists() and not overwrite:
             raise InputError(f"--out {out}: there is such a file already. Choose another name, or add --overwrite.")
-    result = inspect(files, Path() if out is None else out.parent, land=vehicle == "land")
+    place = Path() if out is None else out.parent
+    with shown(has_bars(quiet or as_json)) as progress:
+        result = inspect(files, place, land=vehicle == "land", trial=True, progress=progress)
     if out is not None and result.scenario is not None:  # before printing, which may end early
         write_text(out, result.scenario)
     if as_json:

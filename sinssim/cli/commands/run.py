@@ -110,7 +110,7 @@ def run(
     from sinssim.system.outputs import check_place
 
     settings = [*with_grade(settings, grade), *_kept(keep, recording)]
-    suggestion = _suggestion(scenario, out, overwrite) if are_raw(scenario) else None
+    suggestion = _suggestion(scenario, out, overwrite, has_bars(quiet)) if are_raw(scenario) else None
     plan = _plan(scenario, suggestion, settings, outages)
     _check_view(plan, view)
     directory = out or Path("runs") / plan.name
@@ -141,14 +141,16 @@ def run(
         open_viewer(directory, view=view)
 
 
-def _suggestion(files: list[str], out: Path | None, overwrite: bool) -> Suggestion:
+def _suggestion(files: list[str], out: Path | None, overwrite: bool, bars: bool) -> Suggestion:
     """Return the scenario that recorded files suggest; a place that is taken is refused before they are read."""
     from sinssim.analyses.inspection.inspected_files import suggest
+    from sinssim.progress import shown
     from sinssim.system.outputs import check_place
 
     if out is not None:
         check_place(out.resolve(), overwrite)
-    return suggest([Path(file) for file in files])
+    with shown(bars) as progress:
+        return suggest([Path(file) for file in files], progress)
 
 
 def _plan(names: list[str], suggestion: Suggestion | None, settings: list[str], outages: list[str] | None) -> Scenario:

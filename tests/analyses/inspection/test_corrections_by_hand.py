@@ -36,8 +36,9 @@ def fixes(*time: float, without: int = 0) -> Any:
 
 
 def seen(**found: Any) -> Any:
-    usual = {"inertial": SimpleNamespace(time=UNIT), "fixes": None, "offset": None, "late": 0.0, "drift": 0.0,
-             "velocity_delay": None, "quiet": None, "findings": [], "mounting": None, "reading": None}  # fmt: skip
+    usual = {"inertial": SimpleNamespace(time=UNIT), "fixes": None, "offset": None, "stated": None, "late": 0.0,
+             "drift": 0.0, "velocity_delay": None, "quiet": None, "findings": [], "mounting": None,
+             "reading": None}  # fmt: skip
     return SimpleNamespace(**{**usual, **found})
 
 
@@ -51,6 +52,7 @@ def test_times_of_the_fixes_since_the_first_row() -> None:
     assert starts(seen(offset=40.0, fixes=fixes(9.0, 12.5, 13.5, without=1))) == 2.5
     assert starts(seen(offset=40.0, fixes=fixes(12.5, without=1))) == 0.0
     assert starts(seen(fixes=fixes(12.5))) == starts(seen(offset=40.0)) == 0.0
+    assert starts(seen(stated=40.0, fixes=fixes(12.5, 13.5))) == 2.5  # the files state it, the motion does not show it
 
 
 def test_a_reference_has_to_contain_the_start() -> None:

@@ -43,7 +43,7 @@ def test_place() -> None:
     latitude[0] = np.nan
     fixes = _fixes(latitude=latitude, longitude=longitude, height=height, velocity_ned=None)
     first = np.degrees(0.5 + 0.125 / 39.0)
-    assert fix_findings(fixes, 0.0) == [
+    assert fix_findings(fixes, 0.0)[:2] == [
         fact("fixes", "1 of 40 fixes have no position."),
         fact(
             "fixes",
@@ -178,3 +178,17 @@ def test_the_delay_of_velocities(value: float, sigma: float, described: float, g
     found = delay_findings(_fixes(), Delay(value, sigma), described)
     assert found == [Finding("fixes", grade, text, fix, {"velocity_delay_s": value, "sigma_s": sigma})]  # type: ignore[arg-type]
     assert delay_findings(_fixes(), None, described) == []
+
+
+def test_a_receiver_that_is_wrong_for_some_time() -> None:
+    """4 km off for 5 s, and back: the longest part without a jump is used; three wrong fixes are left to the gate."""
+    good = _fixes(velocity_ned=None, position_sigma=None)
+    for wrong_fixes, sound in ((10, (35.0, 49.5)), (3, None)):
+        height = np.where(np.arange(_COUNT) < wrong_fixes, 4250.0, 250.0)
+        (jump,) = (f for f in fix_findings(replace(good, height=height), 0.0) if "time_s" in f.numbers)
+        assert jump.numbers == {"time_s": 29.5 + 0.5 * wrong_fixes, **({} if sound is None else {"sound_s": sound})}
+        assert ("the longest part without one, 35 to 49.5 s" in jump.fix) is (sound is not None)
+    height = np.full(_COUNT, 250.0)
+    height[20:22] = 4250.0  # two outliers in the middle: what comes before and after fits together
+    (jump,) = (f for f in fix_findings(replace(good, height=height), 0.0) if "time_s" in f.numbers)
+    assert "sound_s" not in jump.numbers

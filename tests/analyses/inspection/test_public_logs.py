@@ -66,9 +66,9 @@ def files(log: dict[str, Any], folder: Path) -> list[Path]:
 @cache
 def inspected(name: str, folder: Path) -> Inspected | str:
     """Return what inspect finds, or its refusal; its scenario is written into the folder."""
-    (folder / name).mkdir()
+    (folder / name).mkdir(exist_ok=True)  # it exists if the files are missing, and the first test is skipped
     try:
-        result = inspect(files(LOGS[name], folder / name), folder / name)
+        result = inspect(files(LOGS[name], folder / name), folder / name, trial=True)
     except InputError as error:
         return str(error)
     if result.scenario is not None:
@@ -221,8 +221,7 @@ def test_the_suggested_scenario_runs_and_is_not_worse_than_the_fixes_alone(
         return
     numbers = compared(name, folder)
     if log.get("worse"):  # where the inertial data cannot help, the suggested scenario says so, and it is so
-        assert re.match(r"# .*is probably worse than the fixes alone\. Likely causes: ", result.scenario or "")
+        assert re.match(r"# .*Without fixes, a straight line is better\.\n", result.scenario or "")
         assert numbers["aided"] > numbers["alone"], numbers
-        return
     assert numbers["rejected"] < 0.1, numbers
     assert numbers["aided"] <= max(numbers["alone"], 3.0 * numbers["sigma"]), numbers

@@ -67,7 +67,7 @@ def test_run_with_recorded_files(sinssim: Sinssim, put: Put, tmp_path: Path) -> 
         "Doubts:   2 about the files; sinssim inspect a.csv b.pos tells all. The first: First.\n"
         + report("d") + view("d")
     )  # fmt: skip
-    assert suggested.args == ([Path("a.csv"), Path("b.pos")],)
+    assert suggested.args[0] == [Path("a.csv"), Path("b.pos")]
     assert (tmp_path / "d/suggested.toml").read_text() == text
 
 

@@ -10,23 +10,25 @@ from typing import TYPE_CHECKING, NotRequired, TypedDict
 
 import numpy as np
 
-from sinssim import earth
 from sinssim.charts import PAIR, Axis, Chart, Charts, Dots, Line, over
 from sinssim.data import Array
 from sinssim.exhibits import Beside, Column, Item, Sentence, Table
 from sinssim.experiments.run.run_result import Part
 from sinssim.formatting import number_text, signed
-from sinssim.simulation.navigation_stage import Navigated, recorded_start
-from sinssim.simulation.truth_and_sensors import RecordedMotion, Sensed
-from sinssim.strapdown.navigation_error import NavError
+from sinssim.simulation.navigation_stage import Navigated
+from sinssim.simulation.outage_errors import (
+    STRAIGHT_S,
+    OutageErrors,
+    outage_errors,
+    outage_pass,
+    outage_reference,
+    straight_line_error,
+)
+from sinssim.simulation.truth_and_sensors import RecordedMotion
 from sinssim.units import fixed
 
 if TYPE_CHECKING:
-    from sinssim.estimation import Estimate
     from sinssim.experiments.run.summary_types import ErrorNumbers
-    from sinssim.logs.recorded_streams import FixStream
-    from sinssim.logs.reference_solution import Reference
-    from sinssim.simulation.recorded_filter_run import Prepared
 
 
 _LISTED = 15
@@ -40,11 +42,6 @@ _COLUMNS = {
     _SMOOTHED: ("smoothed, largest", "m"),
 }  # fmt: skip
 """Heads and units of the table by key."""
-
-
-OutageErrors = dict[str, float]
-"""The times of an outage, the errors at its end and the filter's 1σ by key; NaN where unknown. Its number of the pass
-is there if there are several."""
 
 
 class OutageNumbers(TypedDict):
@@ -94,12 +91,12 @@ class Outages(Part[OutageNumbers]):
         assert isinstance(motion, RecordedMotion)
         assert aided is not None
         prepared, log = motion.prepared, motion.prepared.log
-        reference = _reference(prepared)
+        reference = outage_reference(prepared)
         if reference is None:
             return JudgedOutages({"each": []}, ())
         outages, growth = [], []
         for number, spans in enumerate(log.passes or (log.outages,), start=1):
-            estimate = _pass(self.run.sensed, prepared, spans) if log.passes else aided.estimate
+            estimate = outage_pass(self.run.sensed, prepared, spans) if log.passes else aided.estimate
             error = reference.error_of(estimate.solution)
             smoothed = None if estimate.smoothed is None else reference.error_of(estimate.smoothed.solution)
             of_pass = outage_errors(estimate, error, smoothed, spans)
@@ -177,72 +174,6 @@ class Outages(Part[OutageNumbers]):
         )  # fmt: skip
 
 
-def outage_errors(
-    estimate: Estimate, error: NavError, smoothed: NavError | None, outages: Sequence[tuple[float, float]]
-) -> list[OutageErrors]:
-    """Return the errors at the end of each outage.
-
-    Args:
-        error: its differences from the reference, or from the withheld fixes, at the filter's epochs.
-        smoothed: the same of the smoothed solution, if there is one.
-        outages: beginning and end of each, s.
-
-    Returns:
-        For every outage its times, the horizontal and height error and the velocity error of the filter at the last
-        known instant, its own 1σ of the horizontal position there, and the largest horizontal error of the smoothed
-        solution within it.
-    """
-    rows = []
-    for begin, end in outages:
-        during = (error.time > begin) & (error.time <= end + 1e-9)
-        known = np.flatnonzero(during & np.isfinite(error.position_ned).all(axis=1))
-        if not len(known):
-            continue
-        k = int(known[-1])
-        row: OutageErrors = {
-            "from_s": float(begin),
-            "to_s": float(end),
-            "at_s": float(error.time[k]),
-            "horizontal_error_m": float(error.horizontal[k]),
-            "height_error_m": float(error.height[k]),
-            "velocity_error_mps": float(error.speed[k]),
-            "horizontal_sigma_m": float(np.hypot(*estimate.sigma[k, :2])),
-        }
-        if smoothed is not None:
-            inside = (smoothed.time > begin) & (smoothed.time <= end + 1e-9)
-            values = smoothed.horizontal[inside]
-            values = values[np.isfinite(values)]
-            row["smoothed_max_horizontal_error_m"] = float(values.max()) if len(values) else math.nan
-        rows.append(row)
-    return rows
-
-
-_STRAIGHT_S = 2.0  # s; velocity by the fixes alone: two intervals of a receiver with one fix a second
-
-
-def straight_line_error(fixes: FixStream, begin: float, at: float) -> float:
-    """Return the horizontal distance of a withheld fix from the straight line through the last fixes before, m.
-
-    Args:
-        begin: beginning of the outage, s.
-        at: time of the withheld fix, s.
-
-    Returns:
-        The distance; NaN with fewer than two fixes in the seconds before the outage.
-    """
-    known = np.isfinite(fixes.latitude) & np.isfinite(fixes.longitude)
-    time, latitude, longitude = fixes.time[known], fixes.latitude[known], fixes.longitude[known]
-    withheld = int(np.argmin(np.abs(time - at)))
-    before = np.flatnonzero((time <= begin) & (time > begin - _STRAIGHT_S - 0.5 * float(np.median(np.diff(time)))))
-    if len(before) < 2 or before[-1] >= withheld:
-        return math.nan
-    first, last = int(before[0]), int(before[-1])
-    ahead = (time[withheld] - time[last]) / (time[last] - time[first])
-    r1, r2 = earth.radii(latitude[last])
-    north, east = ((x[withheld] - x[last]) - ahead * (x[last] - x[first]) for x in (latitude, np.unwrap(longitude)))
-    return math.hypot(float(r1) * north, float(r2) * math.cos(latitude[last]) * east)
-
-
 def outage_numbers(outages: Sequence[OutageErrors]) -> OutageNumbers:
     """Return the errors of outages together.
 
@@ -268,38 +199,6 @@ def _share(outages: Sequence[OutageErrors], percent: float) -> dict[str, float]:
     values = {key: np.abs([outage[key] for outage in outages]) for key in keys}
     known = {key: row[np.isfinite(row)] for key, row in values.items()}
     return {key: float(np.percentile(row, percent)) if len(row) else math.nan for key, row in known.items()}
-
-
-def _reference(prepared: Prepared) -> Reference | None:
-    """Return what the outages are judged by."""
-    from sinssim.logs.reference_solution import Reference
-
-    log, section = prepared.log, prepared.scenario.log
-    assert section is not None
-    if log.reference is not None or log.fixes is None or section.gnss is None:
-        return log.reference
-    f, arm = log.fixes, section.gnss.lever_arm_m
-    return Reference("the withheld fixes", f.time, f.latitude, f.longitude, f.height, lever_arm=arm)
-
-
-def _pass(sensed: Sensed, prepared: Prepared, spans: tuple[tuple[float, float], ...]) -> Estimate:
-    """Run the filter once more, without the satellites of some spans."""
-    from sinssim.logs.recorded_log import gnss_readings
-    from sinssim.simulation.recorded_filter_run import aid_recorded
-
-    log, section, settings = prepared.log, prepared.scenario.log, prepared.scenario.filter
-    assert section is not None
-    assert section.gnss is not None
-    assert log.fixes is not None
-    assert settings is not None
-    without = gnss_readings(log.fixes, section.gnss, spans)
-    kinds = {sensor.measurements.label for sensor in without}
-    others = (sensor for sensor in log.sensed if sensor.measurements.label not in kinds)
-    once = settings.model_copy(update={"backward": False})  # outages are judged forwards, and smoothed
-    scenario = prepared.scenario.model_copy(update={"filter": once})
-    changed = replace(prepared, scenario=scenario, log=replace(log, sensed=(*without, *others), outages=spans))
-    start = recorded_start(prepared.scenario, sensed)
-    return aid_recorded(changed, sensed.imu, start, history=settings.smooth)
 
 
 def sentences(numbers: OutageNumbers) -> Iterator[str]:
@@ -332,5 +231,5 @@ def sentences(numbers: OutageNumbers) -> Iterator[str]:
         worse = "worse" if median["horizontal_error_m"] > alone else "better"
         yield (
             f"In outages the navigation is {worse} than the fixes alone: a straight line through the fixes of the last "
-            f"{_STRAIGHT_S:g} s is {number_text(alone)} m off at the end (median)."
+            f"{STRAIGHT_S:g} s is {number_text(alone)} m off at the end (median)."
         )

@@ -12,7 +12,7 @@ import pytest
 from sinssim import earth
 from sinssim.data import ImuData
 from sinssim.experiments.run.parts.imu_mounting import OnPlatform, Rotation, platform_numbers, rotation_numbers
-from sinssim.experiments.run.parts.judged_outages import outage_errors, outage_numbers, straight_line_error
+from sinssim.experiments.run.parts.judged_outages import outage_numbers
 from sinssim.experiments.run.parts.judged_outages import sentences as outage_sentence
 from sinssim.experiments.run.parts.recorded_sensors import best_solution, compared_words
 from sinssim.experiments.run.parts.redundancy import redundancy_numbers, window_names
@@ -21,6 +21,7 @@ from sinssim.experiments.run.run_result import Part
 from sinssim.logs.recorded_streams import FixStream
 from sinssim.sensors.sets.fault_detection import Alarm, Monitored
 from sinssim.sensors.sets.gimballed_sensors import PlatformErrors
+from sinssim.simulation.outage_errors import outage_errors, straight_line_error
 from sinssim.strapdown.navigation_error import NavError
 from tests.recording.test_summary import ERROR, NUMBERS
 
@@ -253,6 +254,8 @@ def test_the_straight_line_through_the_last_fixes() -> None:
     assert straight_line_error(fixes, 8.0, 12.0) == pytest.approx(5.0, rel=1e-5)
     assert straight_line_error(fixes, 8.0, 11.0) == pytest.approx(0.0, abs=1e-5)
     assert np.isnan(straight_line_error(fixes, 0.0, 4.0))
+    slow = FixStream(fixes.time[::4], fixes.latitude[::4], fixes.longitude[::4], fixes.height[::4])
+    assert straight_line_error(slow, 8.0, 12.0) == pytest.approx(5.0, rel=1e-5)  # every 4 s: the last two of them
 
 
 def test_what_a_log_is_compared_with() -> None:

@@ -1,0 +1,98 @@
+"""What a suggested scenario shows without the fixes of outages: the recorded drive, whole and with spoilt settings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from sinssim.analyses.inspection import suggestion_trial
+from sinssim.analyses.inspection.inspected_files import Inspected, inspect
+from sinssim.analyses.inspection.suggestion_trial import Outcome, Trial, try_suggestion
+from sinssim.errors import SinssimError
+
+DRIVE = Path(__file__).parent.parent.parent / "data" / "drive"
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> Inspected:
+    """The inspection of the recorded drive."""
+    return inspect([DRIVE / "imu.csv", DRIVE / "gnss.pos"], tmp_path_factory.mktemp("drive"))
+
+
+@pytest.fixture(autouse=True)
+def _one_minute(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The trials are of one minute: two outages in each of two passes of the filter."""
+    monkeypatch.setattr(suggestion_trial, "_LONGEST_S", 62.0)
+    monkeypatch.setattr(suggestion_trial, "_PASSES", 2)
+
+
+def tried(drive: Inspected, text: str) -> Trial:
+    """Return the trial of a text, which is one."""
+    trial = try_suggestion(text, Path("/nowhere"), drive.inspection)
+    assert isinstance(trial, Trial)
+    return trial
+
+
+def test_a_good_scenario_stays_and_says_what_it_was_tried_for(drive: Inspected) -> None:
+    assert drive.scenario is not None
+    trial = tried(drive, drive.scenario)
+    assert trial.settings == ()
+    assert trial.plain.outages == 4
+    assert trial.chosen.error < 0.3 * trial.chosen.alone
+    assert trial.written(drive.scenario) == f"# {trial.finding.sentence}\n{drive.scenario}"
+    assert trial.finding.grade == "fact"
+
+
+def test_a_clock_that_the_motion_does_not_prove_is_tried(drive: Inspected, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The fixes are stamped 0.6 s late; the match suggests it without a proof, and the outages prove it."""
+    assert drive.scenario is not None
+    text = drive.scenario.replace("[log.gnss]\n", "[log.gnss]\ntime_offset_s = 0.6\n")
+    monkeypatch.setattr(drive.inspection, "unproven_late", -0.6)
+    trial = tried(drive, text)
+    assert trial.settings == (("log.imu", "time_offset_s", 0.6),)
+    assert trial.chosen.error < 0.3 * trial.plain.error
+    lines = trial.written(text).splitlines()
+    assert lines[lines.index("[log.imu]") + 1].startswith("time_offset_s = 0.6  # by trial: without it, the error in")
+
+
+def test_a_filter_that_refuses_the_fixes_gets_the_least_noise_with_which_it_follows_them(drive: Inspected) -> None:
+    """With a tenth of the noise and no vibration the filter trusts its prediction; a larger noise mends it."""
+    assert drive.scenario is not None
+    lines = []
+    for line in drive.scenario.splitlines():
+        key, _, value = line.partition(" = ")
+        spoilt = key.startswith(("gyro_arw", "accel_vrw"))
+        lines.append(f"{key} = {0.1 * float(value.split()[0]):g}" if spoilt else line.replace("vibration_noise", "# "))
+    trial = tried(drive, "\n".join(lines))
+    assert trial.plain.refused > 0.1
+    assert trial.chosen.good
+    ((table, key, _),) = trial.settings
+    assert (table, key) == ("filter", "inertial_noise_factor")
+
+
+def test_a_scenario_that_does_not_run_is_told(drive: Inspected) -> None:
+    assert drive.scenario is not None
+    error = try_suggestion(drive.scenario.replace("imu.csv", "none.csv"), Path("/nowhere"), drive.inspection)
+    assert isinstance(error, SinssimError)
+    assert "none.csv" in str(error)
+
+
+def test_the_result_in_words() -> None:
+    """Settings stand in their tables with their reason; a good result replaces the doubts before the name."""
+    plain = Outcome(error=37.5, sigma=20.0, alone=14.25, outages=27, refused=0.463)
+    good = Outcome(error=7.5, sigma=7.0, alone=14.25, outages=27, refused=0.0)
+    text = '# Doubtful.\nname = "x"\n\n[filter]\nsmooth = true\n'
+    trial = Trial(plain, good, (("filter", "inertial_noise_factor", 3.0),))
+    assert trial.written(text) == (
+        "# The suggested scenario was run without the fixes of 27 outages of 5 s. The median horizontal error at their "
+        "ends is 7.50 m; that of a straight line through the last fixes is 14.2 m.\n"
+        'name = "x"\n\n[filter]\ninertial_noise_factor = 3.0  # by trial: without it, the error in outages of 5 s was '
+        "37.5 m, with 46 % of the positions refused\nsmooth = true\n"
+    )
+    poor = Trial(plain, plain)
+    assert poor.finding.grade == "doubt"
+    assert poor.finding.fix == ("The filter states a 1σ of 20.0 m there. Without fixes, a straight line is better.")
+    assert poor.written(text) == f"# {poor.finding.sentence}\n{text}"
+    assert [plain.overconfident, good.overconfident] == [True, False]
+    assert plain.badness == pytest.approx(375.0 / 14.25)
