@@ -300,11 +300,11 @@ def lines_of(table: KeyTable) -> Iterator[str]:
     return toml_lines(table, value_of, CHOSEN.get(table.model, set()) | set(example))
 
 
-def toml_of(name: str) -> str:
+def toml_of(name: str, tables: list[KeyTable]) -> str:
     """Return a table of the top level with the tables in it; of kinds that exclude each other, the first is live."""
     lines: list[str] = []
     left_out = ""
-    for table in key_tables(name):
+    for table in (table for table in tables if f"{table.path}.".startswith(f"{name}.")):
         if left_out and not table.path.startswith(f"{left_out}."):
             left_out = ""
         if (table.kind and not table.array) or table.path in OTHERS:
@@ -324,10 +324,11 @@ def pages() -> dict[str, str]:
     Returns:
         Markdown; its TOML blocks together are the file's head, each kind of motion, and the rest.
     """
-    head = "\n".join(lines_of(next(key_tables()))).rstrip()
+    tables = list(key_tables())
+    head = "\n".join(lines_of(tables[0])).rstrip()
     found = {"head": f"# Head of the file\n\n```toml\n{head}\n```\n"}
     for name, title in TITLES.items():
-        found[name] = f"# {title}: `[{name}]`\n\n```toml\n{toml_of(name)}\n```\n"
+        found[name] = f"# {title}: `[{name}]`\n\n```toml\n{toml_of(name, tables)}\n```\n"
     return found
 
 

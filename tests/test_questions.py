@@ -6,6 +6,7 @@ import importlib.util
 import math
 import re
 import sys
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 
@@ -15,6 +16,7 @@ import pytest
 DOCS = Path(__file__).parents[1] / "docs"
 
 
+@cache
 def _load(name: str) -> ModuleType:
     spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
     assert spec is not None
@@ -35,7 +37,7 @@ def diagrams() -> ModuleType:
     return _load("diagrams")
 
 
-def test_answers_are_complete_and_their_links_lead_somewhere():
+def test_answers_are_complete_and_their_links_lead_somewhere(numbers):
     answers = _load("questions").answers()
     assert re.findall(r"^## (\d+)\.", answers, re.MULTILINE) == [str(n) for n in range(1, 15)]
     assert "nan" not in answers

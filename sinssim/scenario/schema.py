@@ -101,17 +101,10 @@ class KeyTable:
     keys: tuple[Key, ...]  # its keys, without the tables in it
 
 
-def key_tables(name: str = "") -> Iterator[KeyTable]:
-    """Yield the tables of a scenario, each before the tables in it.
-
-    They are those of one table of the top level, or all of them with the top level first.
-    """
-
+def key_tables() -> Iterator[KeyTable]:
+    """Yield the tables of a scenario, the top level first, each before the tables in it."""
     schema = Scenario.model_json_schema()
-    if not name:
-        yield from _table("", {**schema, "description": "", "model": "Scenario"}, schema["$defs"])
-    else:
-        yield from _inner(name, _resolve(schema["properties"][name], schema["$defs"]), schema["$defs"])
+    yield from _table("", {**schema, "description": "", "model": "Scenario"}, schema["$defs"])
 
 
 def keys_under(place: str) -> list[KeyTable]:

@@ -19,12 +19,13 @@ from sinssim.strapdown.mechanization import Mechanization
 from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import navigation_error
 from tests.estimation.worlds import biases_only, one_run, positions, velocities, weaving
+from tests.slow import slow
 
 SIGMA = biases_only("tactical")
 MODEL = error_model(SIGMA, position=3.0, velocity=0.2, attitude=(1e-3, 1e-3, 3e-3))
 RATES = (20.0, 10.0, 2.0)
 
-OPTIONS: list[dict[str, Any]] = [
+OPTIONS: list[Any] = [
     *({"frame": frame} for frame in FRAMES),
     *({"frame": frame, "rates_hz": RATES} for frame in FRAMES),
     {"frame": "wander", "rates_hz": RATES, "slow_quantities": "extrapolate"},
@@ -33,9 +34,8 @@ OPTIONS: list[dict[str, Any]] = [
     {"curvature": "simplified"},
     {"ellipsoid": "krasovsky-1940"},
     {"frame": "inertial", "gravity": "j2"},
-    {"algorithm": "rotation-vector-2", "frame": "inertial"},
     {"algorithm": "euler"},
-    {"algorithm": "poisson-3-ortho", "frame": "wander"},
+    *slow({"algorithm": "rotation-vector-2", "frame": "inertial"}, {"algorithm": "poisson-3-ortho", "frame": "wander"}),
 ]
 
 

@@ -6,7 +6,6 @@ import importlib.util
 import re
 import tomllib
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
@@ -19,20 +18,21 @@ DOCS = Path(__file__).parents[2] / "docs"
 
 
 @pytest.fixture(scope="module")
-def script() -> ModuleType:
+def pages() -> dict[str, str]:
     spec = importlib.util.spec_from_file_location("scenario_reference", DOCS / "scenario_reference.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    return module
+    made: dict[str, str] = module.pages()
+    return made
 
 
-def test_every_table_has_a_line_and_a_page(script: ModuleType) -> None:
+def test_every_table_has_a_line_and_a_page(pages: dict[str, str]) -> None:
     tables = {name for name, field in Scenario.model_json_schema()["properties"].items()
               if name not in {key.name for key in next(key_tables()).keys}}  # fmt: skip
     listed = re.findall(r"^\| `\[(\w+)\]` \|", (DOCS / "scenario.md").read_text(encoding="utf-8"), re.MULTILINE)
-    assert set(listed) == tables == set(script.pages()) - {"head"}
+    assert set(listed) == tables == set(pages) - {"head"}
     assert len(listed) == len(tables)
 
 
@@ -64,10 +64,8 @@ SOURCES = {
 
 
 @pytest.mark.parametrize("motion", sorted(SOURCES))
-def test_examples_load(script: ModuleType, motion: str) -> None:
-    blocks = [
-        tomllib.loads(block) for block in re.findall(r"```toml\n(.*?)```", "".join(script.pages().values()), re.DOTALL)
-    ]
+def test_examples_load(pages: dict[str, str], motion: str) -> None:
+    blocks = [tomllib.loads(block) for block in re.findall(r"```toml\n(.*?)```", "".join(pages.values()), re.DOTALL)]
     data = {key: value for block in blocks for key, value in block.items()}
     for other in SOURCES - {motion}:
         del data[other]

@@ -21,6 +21,7 @@ from sinssim.sensors.imu.imu import draw
 from sinssim.sensors.sets.sensor_readings import draw_true_errors
 from sinssim.simulation import truth_comparison
 from sinssim.simulation.aided_run import aid_run
+from tests.slow import slow
 
 ARCMIN, DEG_H, UG = np.pi / 180.0 / 60.0, np.pi / 180.0 / 3600.0, 9.80665e-6
 EVERY_STATE = (
@@ -195,7 +196,9 @@ def test_what_a_calibration_knows_is_no_parameter_any_more():
     np.testing.assert_array_equal(result.parameters["accelerometer bias"], np.zeros(3))
 
 
-@pytest.mark.parametrize(("loop", "grade", "angle"), [("closed", "mems-industrial", 20.0), ("open", "tactical", 2.0)])
+@pytest.mark.parametrize(
+    ("loop", "grade", "angle"), [("closed", "mems-industrial", 20.0), *slow(("open", "tactical", 2.0))]
+)
 def test_ensemble_with_every_aiding_error_is_consistent(loop, grade, angle):
     """NEES of all states at the end, over 16 runs: a wrong sign, unit or time anywhere in the chain shows.
 

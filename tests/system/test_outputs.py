@@ -16,6 +16,7 @@ import pytest
 import sinssim
 from sinssim.cli import app as cli
 from sinssim.system.outputs import IN_USE, MARK
+from tests.slow import slow
 
 SCENARIO = """\
 name = "mine"
@@ -222,7 +223,9 @@ def plants(output: Path) -> dict[str, Plant]:
     return found
 
 
-@pytest.mark.parametrize("kind", list(KINDS))
+@pytest.mark.parametrize(  # a trade of budgets is in the same kind of directory
+    "kind", [*slow("trade of ensembles"), *(kind for kind in KINDS if kind != "trade of ensembles")]
+)
 def test_no_link_leads_outside(
     kind: str, outputs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, opened: list[str]
 ) -> None:

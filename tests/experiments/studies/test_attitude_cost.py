@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,15 @@ from sinssim.experiments.studies.attitude_cost import _loop, attitude_costs, cou
 from sinssim.strapdown.coning_sculling import weight_table
 
 COUNT = 60
+
+
+@pytest.fixture(autouse=True)
+def few_samples(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Count over 60 samples: the mean over 240 takes four times as long."""
+    monkeypatch.setattr(attitude_cost, "_COUNTED", COUNT)
+    count_attitude.cache_clear()
+    yield
+    count_attitude.cache_clear()
 
 
 def matrix_after(algorithm: str, by_functions: bool = False) -> np.ndarray:

@@ -19,6 +19,7 @@ from sinssim.experiments.studies import algorithm_comparison as module
 from sinssim.experiments.studies.algorithm_comparison import compare
 from sinssim.experiments.studies.study_schema import Study
 from sinssim.experiments.study import load_study
+from tests.slow import slow
 
 CONE = {"type": "coning", "half_angle_deg": 1.0, "frequency_hz": 1.0, "duration_s": 20.0}
 PARKED = {"latitude_deg": 50.0, "duration_s": 5.0}
@@ -113,16 +114,17 @@ def test_three_rates():
     assert {row.status for row in found.rows} == {"done"}
 
 
-def test_every_schedule_has_its_own_cost(tmp_path):
+@pytest.mark.parametrize("frames", [("level",), *slow((("level", "inertial"),))])
+def test_every_schedule_has_its_own_cost(tmp_path, frames):
     found = compare(
         study(rates_hz=(100.0,), schedules_hz=((100.0, 100.0), (100.0, 10.0)), algorithms=("quaternion", "euler"),
-              frames=("level", "inertial"), motions=({"parked": PARKED},)),
+              frames=frames, motions=({"parked": PARKED},)),
         tmp_path / "s",
     )  # fmt: skip
     operations = {(r.algorithm, r.frame, r.pace): r.operations_per_step for r in found.rows}
-    assert len(operations) == len(found.costs) == 12
+    assert len(operations) == len(found.costs) == 6 * len(frames)
     for algorithm in ("quaternion", "euler"):
-        for frame in ("level", "inertial"):
+        for frame in frames:
             assert operations[algorithm, frame, "100/10/10"] < 0.9 * operations[algorithm, frame, "100/100/100"]
     for row in found.rows:
         cost = found.costs[row.algorithm, row.frame, row.schedule_hz]

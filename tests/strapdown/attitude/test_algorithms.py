@@ -23,6 +23,7 @@ from sinssim.strapdown.attitude.quaternion_picard import unit_k
 from sinssim.strapdown.coning_sculling import BodyTurn, FrameTurn
 from sinssim.strapdown.engine_assembly import parts
 from tests.oracles.s_turn import Flight, STurn
+from tests.slow import slow
 from tests.strapdown.variants import VARIANTS, with_slow_variants
 
 NO_TURN = FrameTurn(*[0.0] * 12)
@@ -623,8 +624,8 @@ def check_frame(flight, algorithm, frame):
     assert other == pytest.approx(level, rel=0.02, abs=1e-12)
 
 
-@pytest.mark.parametrize("frame", ["wander", "inertial"])
 @pytest.mark.parametrize("algorithm", REPRESENTATIVES)
+@pytest.mark.parametrize("frame", ["wander", *slow("inertial")])
 def test_frames_alike(algorithm, frame, fast_turns):
     check_frame(fast_turns[1], algorithm, frame)
 

@@ -7,6 +7,7 @@ import pytest
 
 from sinssim import ImuData, InputError, NavState, navigate
 from tests.oracles.s_turn import E2, OMEGA_IE, STurn
+from tests.slow import slow
 
 A = 6378137.0
 
@@ -69,7 +70,7 @@ def single_rate(flight):
 
 
 @pytest.mark.parametrize(
-    ("algorithm", "metres"), [("quaternion", 2e-6), ("poisson", 2e-6), ("rotation-vector-1p", 1e-4)]
+    ("algorithm", "metres"), [("quaternion", 2e-6), ("rotation-vector-1p", 1e-4), *slow(("poisson", 2e-6))]
 )
 def test_equal_rates_are_the_single_rate_scheme(algorithm, metres):
     """To what the attitudes differ in: coning to the sixth, the fourth and the third order in the interval."""
