@@ -18,7 +18,7 @@ import sys
 import time
 import types
 from collections.abc import Callable, Iterator
-from functools import cache
+from functools import _lru_cache_wrapper, cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -196,6 +196,8 @@ def _key(value: Any, above: tuple[int, ...] = ()) -> str:
     if isinstance(value, Dispatcher):
         cached = getattr(value, "_cache", None)
         return cached.key if isinstance(cached, _KernelCache) else _key(value.py_func, above)
+    if isinstance(value, _lru_cache_wrapper):  # its text has its address
+        value = value.__wrapped__
     if isinstance(value, types.FunctionType):
         if id(value) in above:
             return "recursive"

@@ -399,6 +399,13 @@ def test_a_copy_has_other_values_in_all_that_it_calls_and_the_original_keeps_its
     assert jit.rebound(outer, "same", NOT_USED=1.0) is outer
 
 
+def test_the_key_of_the_platform_is_the_same_in_another_process() -> None:
+    """It had the address of a function that keeps its results: each process compiled the kernel again, for 5 s."""
+    code = "from sinssim.strapdown.gimballed_platform import _engine; print(_engine('exact')._cache.key)"
+    keys = [subprocess.check_output([sys.executable, "-c", code], text=True) for _ in range(2)]
+    assert keys[0] == keys[1]
+
+
 def test_the_key_of_a_kernel_with_a_set_of_options_does_not_depend_on_the_order_of_the_set() -> None:
     """The order of a set of strings differs between processes."""
     code = "import sinssim.jit as j; f = j.inline(lambda x: x + 1.0); print(f._cache._options)"

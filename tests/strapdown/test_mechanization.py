@@ -15,6 +15,7 @@ from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.strapdown.mechanization import Mechanization, Options
 from sinssim.strapdown.navigate import Segments
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
+from tests.slow import slow
 
 FLIGHT = GreatCircle(0.7, 0.2, 4000.0, 0.6, 120.0, 20.0)
 
@@ -60,9 +61,16 @@ def test_two_rates_are_those_of_attitude_and_of_the_rest() -> None:
     assert Mechanization(rates_hz=(200, 50)).rates_hz == (200.0, 50.0, 50.0)
 
 
-def test_the_engines_take_the_options_and_the_mechanization_alike() -> None:
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"ellipsoid": "krasovsky-1940"},
+        # three kernels that nothing else compiles
+        *slow({"gravity": "j2", "ellipsoid": "krasovsky-1940", "curvature": "simplified"}),
+    ],
+)
+def test_the_engines_take_the_options_and_the_mechanization_alike(options: Any) -> None:
     imu, start = FLIGHT.increments(50.0), FLIGHT.state(0.0)
-    options: Any = {"gravity": "j2", "ellipsoid": "krasovsky-1940", "curvature": "simplified"}
     of = Mechanization(**options)
     alone = navigate(imu, start, of)
     np.testing.assert_array_equal(navigate(imu, start, **options).latitude, alone.latitude)

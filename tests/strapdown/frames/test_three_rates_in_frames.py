@@ -116,7 +116,7 @@ def test_over_the_pole(frame):
 
 # "spherical-no-height" has both changes of the next two; each form has two kernels in each frame
 @pytest.mark.parametrize("form", ["spherical-no-height", *slow("spherical", "no-height", "simplified")])
-@pytest.mark.parametrize("frame", ["level", "wander", "transverse"])
+@pytest.mark.parametrize("frame", ["level", *slow("wander", "transverse")])
 def test_forms_of_the_radii(flight, frame, form):
     """The error of the form as without a schedule."""
     options = {"frame": frame, "curvature": form}
