@@ -16,23 +16,24 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from support.compared_recording import record_comparison
 
 import sinssim
+from sinssim.charts import Axis, Chart, Charts, Line
+from sinssim.exhibits import Column, Exhibits, Sentence, Table
 from sinssim.recording import style
-from sinssim.recording.figures import new_figure, save, styled, to_svg
-from sinssim.recording.page import page, table
-from sinssim.recording.svg import words
+from sinssim.recording.figures import figure_of, save
+from sinssim.recording.page import page_of
+from sinssim.recording.rerun.exhibit_recording import markdown, record
 from sinssim.scenario import Scenario
 from sinssim.statistics.chi_square import ComparedSystems, compare_systems, detection_probability, mid_value
+from sinssim.system.outputs import write_text
+from sinssim.units import fixed
 
 Array = NDArray[np.float64]
 
@@ -149,26 +150,25 @@ def outputs(flown: Flown, false_alarm: float) -> dict[str, float]:
     return {name: float(np.quantile(np.linalg.norm(error, axis=1), 0.95)) for name, error in ways.items()}
 
 
-@styled
-def draw(flown: Flown, found: dict[str, dict[str, Any]]) -> Figure:
-    """Draw the growth of the difference, and the share of teams that detect and identify the fault."""
-    figure = new_figure(10.5, 7.0)
-    minutes = flown.time / 60.0
-    for row, (name, (_, unit)) in zip(figure.subplots(2, 2), QUANTITIES.items(), strict=True):
-        curves = found[name]["curves"]
-        colors = dict(zip(LINES, map(style.css, style.colors(LINES)), strict=True))
-        row[0].plot(minutes, curves["effect"], color=colors["effect"], label="by the fault")
-        row[0].plot(minutes, curves["threshold"], color=colors["threshold"], label="threshold")
-        row[0].plot(minutes, curves["sigma_of_difference"], color=colors["sigma"], label="1σ of sound systems")
-        row[0].set_ylabel(f"difference of {name} [{unit}]")
-        row[1].plot(minutes, curves["predicted"], color=style.SOFT, lw=style.THIN, label="predicted for two")
-        row[1].plot(minutes, curves["detected"], color=colors["effect"], label="two detect")
-        row[1].plot(minutes, curves["identified"], color=colors["threshold"], label="three identify")
-        row[1].set_ylabel("share of teams")
-        for axes in row:
-            axes.legend()
-            axes.set_xlabel("time [min]")
-    return figure
+def charts(flown: Flown, found: dict[str, dict[str, Any]]) -> Charts:
+    """Return the growth of the difference, and the share of teams that detect and identify the fault."""
+    effect, threshold, sigma = style.colors(LINES)
+    rows = []
+    for name, (_, unit) in QUANTITIES.items():
+        curves = {key: np.asarray(values) for key, values in found[name]["curves"].items()}
+        differences = (("by the fault", "effect", effect, "line"), ("threshold", "threshold", threshold, "line"),
+                       ("1σ of sound systems", "sigma_of_difference", sigma, "line"))  # fmt: skip
+        shares = (("predicted for two", "predicted", style.SOFT, "thin"), ("two detect", "detected", effect, "line"),
+                  ("three identify", "identified", threshold, "line"))  # fmt: skip
+        rows.append(tuple(
+            Chart(key=f"{name}/{kind}", title=title, y=Axis(units=fixed(of)), marks=tuple(
+                Line(label=label, x=flown.time, y=curves[key], color=color, weight=weight)  # type: ignore[arg-type]
+                for label, key, color, weight in lines
+            ))
+            for kind, title, of, lines in (("difference", f"Difference of {name}", unit, differences),
+                                           ("share", "Share of teams", "", shares))
+        ))  # fmt: skip
+    return Charts("systems", tuple(rows), (10.5, 7.0))
 
 
 ROWS = (
@@ -184,32 +184,25 @@ ROWS = (
     ("three identify the faulty system at the end, %", "identified_at_end", ".1f", 100.0),
     ("another system was identified before, %", "wrong_system_first", ".1f", 100.0),
 )
-Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 
 
-def tables(found: dict[str, dict[str, Any]], r95: dict[str, float]) -> tuple[Table, Table]:
-    """Return the heads and the rows of the result tables."""
+def exhibits_of(
+    title: str, lead: str, flown: Flown, found: dict[str, dict[str, Any]], r95: dict[str, float]
+) -> Exhibits:
+    """Return what the study has to show."""
     tests = [
         (label, *(format(factor * found[quantity][key], digits) for quantity in QUANTITIES))
         for label, key, digits, factor in ROWS
     ]
     ends = [(name, f"{value:.0f}") for name, value in r95.items()]
-    return (("", *QUANTITIES), tests), (("horizontal position at the end", "95 % of teams, m"), ends)
-
-
-def markdown(title: str, lead: str, parts: tuple[Table, Table]) -> str:
-    """Return the tables as Markdown."""
-    lines = [f"# {title}", "", lead]
-    for heads, rows in parts:
-        lines += ["", f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
-        lines += [f"| {' | '.join(row)} |" for row in rows]
-    return "\n".join([*lines, ""])
-
-
-def report(title: str, lead: str, parts: tuple[Table, Table], figure: Figure) -> str:
-    """Return the report as HTML."""
-    text = [f"<h1>{words(title)}</h1>", f'<p class="lead">{words(lead)}</p>', to_svg(figure, "systems")]
-    return page(title, [*text, *(table(heads, rows, 1) for heads, rows in parts)])
+    items = [
+        Sentence(lead, "lead"),
+        charts(flown, found),
+        Table((Column("", words=True), *map(Column, QUANTITIES)), tests),
+        Table((Column("horizontal position at the end", words=True), Column("95 % of teams, m")), ends),
+    ]
+    span = (float(flown.time[0]), float(flown.time[-1]))
+    return Exhibits(title, items, name="compared_systems", root="systems", span=span)
 
 
 def main() -> None:
@@ -233,23 +226,18 @@ def main() -> None:
     except sinssim.SinssimError as error:
         raise SystemExit(f"compared_systems: {error}") from error
     title, lead = f"Compared systems: {scenario.name}", f"{scenario.description}. {options.teams} teams."
-    parts = tables(found, r95)
-    text = markdown(title, lead, parts)
+    exhibits = exhibits_of(title, lead, flown, found, r95)
+    text = markdown(exhibits)
     folder.mkdir(parents=True, exist_ok=True)
-    figure = draw(flown, found)
+    figure = figure_of(exhibits.chosen("systems"))
     for suffix in (".svg", ".png"):
         save(figure, folder / f"compared_systems{suffix}")
     summary = {"scenario": scenario.name, "teams": options.teams, "time_s": flown.time.tolist(), **found,
                "r95_at_end_m": r95}  # fmt: skip
-    for name, content in (
-        ("summary.json", json.dumps(summary, indent=2)),
-        ("summary.md", text),
-        ("report.html", report(title, lead, parts, figure)),
-    ):
-        draft = folder / f".{name}.part"
-        draft.write_text(content, encoding="utf-8")
-        os.replace(draft, folder / name)
-    record_comparison(folder / "recording.rrd", flown.time, found, text)
+    write_text(folder / "summary.json", json.dumps(summary, indent=2))
+    write_text(folder / "summary.md", text)
+    write_text(folder / "report.html", page_of(exhibits))
+    record(exhibits, folder / "recording.rrd")
     print(text)
     print(f"Report, figure and recording are in {folder}. View: sinssim view {folder}")
 
