@@ -10,9 +10,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from sinssim.charts import PAIR, Axis, Chart, Charts, Line, over
 from sinssim.exhibits import Column, Item, Section, Sentence, Table
 from sinssim.experiments.run.run_result import Part
+from sinssim.formatting import number_text
 from sinssim.recording.result import Json
 from sinssim.recording.streams import Stream, gravity_stream
 from sinssim.simulation.navigation_stage import Navigated
@@ -120,6 +123,18 @@ class TrueGravity(Part[Mapping[str, Json]]):
     def streams(self) -> Iterator[Stream]:
         """Yield the field along the motion."""
         yield gravity_stream(self.values)
+
+    def brief(self, algorithms: Mapping[str, ErrorNumbers]) -> Iterator[Item]:
+        """Yield the size of the field along the motion, and the part of it that the navigator knows."""
+        v, degree = self.values, self.run.scenario.navigation.gravity_degree
+        north, east, down = (number_text(float(np.sqrt(np.mean(a**2)))) for a in (
+            v.xi / ARCSEC, v.eta / ARCSEC, v.disturbance / MGAL
+        ))  # fmt: skip
+        known = "normal gravity alone" if degree is None else f"the field to degree {degree}"
+        yield Sentence(
+            f"True gravity along the motion: deflection of the vertical {north} arcsec to the north and {east} arcsec "
+            f"to the east, disturbance {down} mGal, rms; the navigator knows {known}.", on=("console",),
+        )  # fmt: skip
 
     def exhibits(self) -> Iterator[Item]:
         """Yield deflections and disturbance of gravity over time."""

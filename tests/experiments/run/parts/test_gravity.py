@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from sinssim.exhibits import Sentence
 from sinssim.experiments.run.parts.truth_model import Track, TrueGravity
 from sinssim.experiments.studies import study_exhibits
 from sinssim.simulation.truth_and_sensors import Truth
@@ -25,7 +26,8 @@ def test_deflections_and_disturbance() -> None:
     values = SimpleNamespace(time=time, xi=np.array([1.0, -2.0, 4.0]) * ARCSEC, eta=np.array([5.0, 7.0, -3.0]) * ARCSEC,
                              disturbance=np.array([3e-4, -5e-4, 7e-4]), anomaly=np.ones(3), undulation=None,
                              altitude_msl=None)  # fmt: skip
-    run: Any = None
+    navigation = SimpleNamespace(gravity_degree=None)
+    run: Any = SimpleNamespace(scenario=SimpleNamespace(navigation=navigation))
     part = TrueGravity(run)
     vars(part)["values"] = values
     found = Shown(part.exhibits())
@@ -35,6 +37,14 @@ def test_deflections_and_disturbance() -> None:
                  ("gravity disturbance, down", BLUE, time, [30.0, -50.0, 70.0]))  # fmt: skip
     assert {found.span(key) for key in found.charts} == {(5.0, 8.0)}
     assert not found.drawn.lines
+    # rms: √((1 + 4 + 16)/3) and √((25 + 49 + 9)/3); √((9 + 25 + 49)/3) × 10
+    for degree, known in ((None, "normal gravity alone"), (36, "the field to degree 36")):
+        navigation.gravity_degree = degree
+        (line,) = part.brief({})
+        assert line == Sentence(
+            "True gravity along the motion: deflection of the vertical 2.65 arcsec to the north and 5.26 arcsec to the "
+            f"east, disturbance 52.6 mGal, rms; the navigator knows {known}.", on=("console",),
+        )  # fmt: skip
     normal: Any = SimpleNamespace(truth=Truth(SimpleNamespace(), None, 1.0, time))  # type: ignore[arg-type]
     assert not TrueGravity.belongs_to(normal)
     normal = SimpleNamespace(truth=Truth(Disturbed.__new__(Disturbed), None, 1.0, time))  # type: ignore[arg-type]
