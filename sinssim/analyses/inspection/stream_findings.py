@@ -410,6 +410,7 @@ def _steps(fixes: FixStream, delay: float) -> list[Finding]:
         return findings
     claimed = fixes.position_sigma[good][:, :2]
     both = np.sqrt(claimed[1:] ** 2 + claimed[:-1] ** 2)[short]
+    findings += _too_small(usual, both, velocity, length, fixes.velocity_sigma)
     limit = _STEP_SIGMAS * np.maximum(np.linalg.norm(both, axis=1) / np.sqrt(2.0), usual)
     beyond = np.flatnonzero(size > limit)
     if len(beyond):
@@ -428,6 +429,40 @@ def _steps(fixes: FixStream, delay: float) -> list[Finding]:
             )
         )
     return findings
+
+
+_TOO_SMALL = 3.0
+"""Factor from which the scatter of the steps contradicts all of the claimed 1σ, or may not be the motion between."""
+_VELOCITY_SIGMA = 0.1
+"""1σ of a velocity without a stated one, m/s, by data sheets."""
+
+
+def _too_small(usual: float, both: Array, velocity: Array, length: Array, sigma: Array | None) -> list[Finding]:
+    """Return the doubt on 1σ of positions that the usual step contradicts, with their factor.
+
+    The mean of two velocities is wrong by a twelfth of the second difference of the velocities (trapezoidal rule), and
+    by their noise. Only what is clearly larger is noise of the positions.
+
+    Args:
+        usual: 1σ of a step's difference from the mean velocity, per component, m.
+        both: claimed 1σ of the steps, (S, 2) m.
+        velocity: of the fixes, (G, 3) m/s.
+        length: of the steps, (G−1,) s.
+        sigma: claimed 1σ of the velocities, m/s; None without.
+    """
+    step, claimed = float(np.median(length)), float(np.median(both))
+    if len(velocity) < 10 or not claimed > 0.0:
+        return []
+    curved = 1.4826 * float(np.median(np.abs(np.diff(velocity[:, :2], n=2, axis=0)))) / 12.0
+    noise = _VELOCITY_SIGMA if sigma is None else float(np.nanmedian(sigma[:, :2]))
+    if not usual > _TOO_SMALL * max(claimed, step * float(np.hypot(curved, noise))):
+        return []
+    text = (
+        f"Are the stated 1σ of the positions too small? Their steps scatter by {usual:.3g} m (1σ per component) about "
+        f"the velocities, {usual / claimed:.3g} times the stated {claimed:.3g} m."
+    )
+    fix = f"Multiply them: sigma_factor = {usual / claimed:.3g}."
+    return [doubt("fixes", text, fix, sigma_factor=usual / claimed)]
 
 
 def _doubtful_codes(fixes: FixStream, good: Mask, short: Mask, beyond: NDArray[np.intp]) -> list[int]:

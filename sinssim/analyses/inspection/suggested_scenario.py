@@ -332,6 +332,9 @@ def _sigmas(inspection: Inspection) -> Iterator[str]:
         if step / np.sqrt(2.0) > size[0]:  # a step has the errors of two fixes
             size, why = tuple(round(float(s / size[0] * step / np.sqrt(2.0)), 2) for s in size), "from the steps"
         yield f"position_sigma_m = {list(size)}  # {why}"
+    factor = next((f.numbers["sigma_factor"] for f in inspection.findings if "sigma_factor" in f.numbers), None)
+    if factor is not None:
+        yield f"sigma_factor = {factor:.3g}  # steps of the position scatter as much more than the stated 1σ"
     if fixes.velocity_ned is not None and fixes.velocity_sigma is None:
         size, why = _SIGMA_DOPPLER, "assumed: the file has no σ"
         if (shown := lasting * (inspection.residual or 0.0)) > size[0]:

@@ -192,3 +192,19 @@ def test_a_receiver_that_is_wrong_for_some_time() -> None:
     height[20:22] = 4250.0  # two outliers in the middle: what comes before and after fits together
     (jump,) = (f for f in fix_findings(replace(good, height=height), 0.0) if "time_s" in f.numbers)
     assert "sound_s" not in jump.numbers
+
+
+def test_stated_sigmas_that_are_far_too_small() -> None:
+    """Fixes of 0.5 m that claim 0.02 m: a factor of 25, which 40 steps show to 20 %."""
+    rng = np.random.default_rng(3)
+    good = _fixes(position_sigma=np.full((_COUNT, 3), 0.02), velocity_sigma=np.full((_COUNT, 3), 0.05))
+    r1, r2 = earth.radii(0.9)
+    noise = 0.5 * rng.standard_normal((2, _COUNT))
+    noisy = replace(good, latitude=good.latitude + noise[0] / (r1 + 250.0),
+                    longitude=good.longitude + noise[1] / ((r2 + 250.0) * np.cos(0.9)))  # fmt: skip
+    (finding,) = (f for f in fix_findings(noisy, 0.0) if "sigma_factor" in f.numbers)
+    assert finding.numbers["sigma_factor"] == pytest.approx(25.0, rel=0.2)
+    assert finding.text.startswith("Are the stated 1σ of the positions too small?")
+    assert not [f for f in fix_findings(good, 0.0) if "sigma_factor" in f.numbers]
+    rough = replace(noisy, velocity_sigma=np.full((_COUNT, 3), 1.0))  # velocities that explain such steps
+    assert not [f for f in fix_findings(rough, 0.0) if "sigma_factor" in f.numbers]
