@@ -24,7 +24,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from math import cos, sin
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -357,11 +356,11 @@ def gravity_values(motion: Disturbed) -> GravityValues:
     return GravityValues(time, xi, eta, ned[:, 2], anomaly, undulation, altitude)
 
 
-def gravity_numbers(motion: Disturbed) -> dict[str, Any]:
+def gravity_numbers(motion: Disturbed) -> dict[str, str | float]:
     """Return the numbers of the true field for the summary of a run: model and degree, root mean squares and largest
     values along the motion, and the error of the spline."""
     v, along, field = gravity_values(motion), motion.along, motion.field
-    entries: dict[str, Any] = {"model": "normal" if field is None else field.name}
+    entries: dict[str, str | float] = {"model": "normal" if field is None else field.name}
     if field is not None and along is not None:
         entries |= {"degree": field.degree, "evaluations": along.evaluations}
         entries["interpolation_error_mgal"] = along.error / MGAL

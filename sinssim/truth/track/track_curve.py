@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -285,7 +285,7 @@ def fit_sentences(fit: TrackFit) -> Iterator[str]:
     yield from (f"WARNING: {warning}" for warning in fit.warnings)
 
 
-def fit_numbers(fit: TrackFit) -> dict[str, Any]:
+def fit_numbers(fit: TrackFit) -> dict[str, float | str | list[str]]:
     """Return the numbers of a track for `summary.json`."""
 
     def of(name: str, unit: str, distance: Distance | None) -> dict[str, float]:
