@@ -189,14 +189,7 @@ class Watch:
     def __init__(
         self, name: str, what: str, cells: int, limit_minutes: float, report: Progress, say: Callable[[str], None]
     ) -> None:
-        """Begin.
-
-        Args:
-            what: what is computed, in words: "24 ensembles of 200 runs".
-            limit_minutes: expected duration above which the study is refused.
-            report: called with cells done and time left in words, and the fraction done.
-            say: called with the expected duration, if it is long.
-        """
+        """Begin the cells of a study, `what` in words, which is refused beyond a limit, minutes."""
         self._name, self._what, self._cells, self._limit = name, what, cells, limit_minutes
         self._report, self._say = report, say
         self._done, self._measured, self._each, self._flights, self._announced = 0, 0, math.inf, 0.0, False
@@ -204,11 +197,7 @@ class Watch:
         self._first: tuple[float, float] | None = None
 
     def flying(self, seconds: float) -> None:
-        """Say that a cell waits for its true motion.
-
-        Args:
-            seconds: expected duration of the flights that are still to be flown, s.
-        """
+        """Say that a cell waits for its true motion, and how long the flights that are left take, s."""
         self._flights = seconds
         self._report(f"{self._done}/{self._cells} cells, flying", self._done / self._cells)
 

@@ -70,13 +70,7 @@ def failure_exhibits(failures: Mapping[str, FailureNumbers]) -> Iterator[Item]:
 
 
 def error_table(numbers: Mapping[str, ErrorNumbers], title: str = "", head: str = "algorithm") -> Table:
-    """Return the errors of solutions.
-
-    Args:
-        numbers: errors by solution, as in `summary.json`.
-        title: on the console, which shows some of the columns.
-        head: what the solutions are of.
-    """
+    """Return the errors of solutions, as in `summary.json`; the console shows some of the columns."""
     columns = [Column(head, words=True)]
     columns += [
         Column(kind, scale, on=EVERYWHERE if (kind, name) in _ON_CONSOLE else ("page", "recording"), group=name)
@@ -163,13 +157,7 @@ def error_exhibits(run: WithErrors, period: float, *, apart: bool = True) -> Ite
 def error_charts(
     run: WithErrors, span: tuple[float, float], marks: Sequence[Rule] = (), *, apart: bool = True
 ) -> Iterator[Charts]:
-    """Yield the errors over time.
-
-    Args:
-        run: whose errors they are; quantities that are not known are NaN.
-        span: first and last instant of the axis, s.
-        apart: whether the distance of the solutions from the first one is drawn, too.
-    """
+    """Yield the errors over a span, s; `apart`, with the distance of the solutions from the first one."""
     dashes = dict(zip(run.errors, _DASHES, strict=False)) if len(run.errors) <= len(_DASHES) else {}
     paint = _paint(run.errors)
     lines: dict[str, tuple[Line, ...]] = {}
@@ -204,13 +192,9 @@ def _paint(names: Iterable[str]) -> dict[str, style.Rgb]:
 
 
 def schuler_period(truth: NavState, ellipsoid: Ellipsoid) -> float:
-    """Return the period of the Schuler oscillation at the place of a run.
+    """Return the period of the Schuler oscillation at the place of a run, s.
 
-    Args:
-        truth: true states, N rows.
-
-    Returns:
-        2π √(R/g) with the mean radius of curvature at the mean latitude and normal gravity at the mean height, s.
+    It is 2π √(R/g) with the mean radius of curvature at the mean latitude and normal gravity at the mean height.
     """
     latitude, height = float(truth.latitude.mean()), float(truth.height.mean())
     r1, r2 = radii(latitude, ellipsoid)
@@ -378,14 +362,7 @@ def title_of_errors(log: LogNumbers | None) -> str:
 
 
 def error_text(value: float | None) -> str:
-    """Write a number with four significant digits, without an exponent where possible.
-
-    Args:
-        value: the number; None if unknown.
-
-    Returns:
-        For example "0.01235", "123457", "1.2e-07", or "–" for None.
-    """
+    """Write four significant digits, if possible without an exponent: "0.01235", "1.2e-07"; "–" for None."""
     if value is None:
         return "–"
     if value == 0.0:
@@ -410,14 +387,7 @@ def horizontal_of(errors: Mapping[str, NavError]) -> dict[str, tuple[Array, Arra
 
 
 def worse_than_inertial(aided: Aided, inertial: Mapping[str, tuple[Array, Array]]) -> Iterator[str]:
-    """Report inertial solutions with a smaller horizontal error than the aided one over the time of the filter.
-
-    Args:
-        inertial: time and horizontal error of the inertial solutions by name, from `horizontal_of`.
-
-    Yields:
-        Whole sentences, one for each; none where the errors are not known.
-    """
+    """Report inertial solutions, of `horizontal_of`, that are more accurate than the aided one in the same time."""
     time = aided.estimate.time
     if len(time) < 2:
         return

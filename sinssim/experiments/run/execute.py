@@ -129,11 +129,7 @@ class Execution:
     """
 
     def __init__(self, scenario: Scenario, folder: RunDirectory | None, clock: Stages) -> None:
-        """Begin a run.
-
-        Args:
-            folder: run directory to write; nothing is written if None.
-        """
+        """Begin a run; nothing is written without a folder."""
         self.reached = Reached(scenario)
         self._folder, self._clock = folder, clock
         self._streams = folder is not None and scenario.recording.has_streams
@@ -400,11 +396,7 @@ class Execution:
 
 
 def rehearse(scenario: Scenario) -> None:
-    """Load the modules that a run needs after its flight, and compile missing kernels, by a short run.
-
-    Args:
-        scenario: the scenario, which determines the parts; a hundred samples of straight flight replace its truth.
-    """
+    """Load the modules that a run needs after its flight, and compile missing kernels, by a short flight."""
     from sinssim.truth.curve import Curve
 
     interval = 1.0 / scenario.imu.rate_hz

@@ -82,12 +82,7 @@ _NEES_NOTE = (
 def filter_exhibits(
     aided: Aided, numbers: FilterNumbers, algorithms: Mapping[str, ErrorNumbers], span: tuple[float, float]
 ) -> Iterator[Item]:
-    """Yield what a filter has to show.
-
-    Args:
-        algorithms: errors of the inertial solutions.
-        span: beginning and end of the run, s.
-    """
+    """Yield what a filter has to show, beside the errors of the inertial solutions, over the span of the run, s."""
     first, *others = sentences(numbers, diagnosed=False)  # the diagnosis has a section of its own
     yield Sentence(f"**{first}**", "" if numbers["divergence"] is None else "warning")
     yield from map(Sentence, others)
@@ -191,13 +186,7 @@ class _Errors:
 
 
 def settled(kind: str, time: Array, span: tuple[float, float]) -> slice:
-    """Return the rows of a solution after the filter has settled, to which the axes are fitted.
-
-    Args:
-        kind: name of the solution; the backward one begins at the end of the run.
-        time: (K,) s.
-        span: first and last instant of the run, s.
-    """
+    """Return the rows of a solution, at (K,) s, after it has settled; the backward one begins at the end of the run."""
     least = SETTLED * (span[1] - span[0])
     if kind == "backward":
         return slice(0, int(np.searchsorted(time, span[1] - least, side="right")))
@@ -247,11 +236,7 @@ def band_charts(aided: Aided, span: tuple[float, float], marks: Sequence[Rule]) 
 
 
 def outage_marks(aided: Aided) -> list[Rule]:
-    """Return marks at the beginning and the end of every long gap in the readings of a sensor.
-
-    Returns:
-        Marks in order of time; a long gap is at least ten intervals and a fiftieth of the run.
-    """
+    """Return marks at the ends of gaps in the readings of ten intervals and a fiftieth of the run or more."""
     marks = []
     for sensor in aided.sensed:
         time, every = sensor.measurements.time, sensor.time
@@ -271,11 +256,7 @@ def mark_at(time: float, text: str) -> Rule:
 
 
 def fault_marks(numbers: FilterNumbers, end: float) -> list[Rule]:
-    """Return marks at the beginning and the end of every jump and ramp of the satellites.
-
-    Args:
-        end: end of the run, s.
-    """
+    """Return marks at the ends of every jump and ramp of the satellites in a run that ends at an instant, s."""
     marks = []
     for fault in numbers["faults"]:
         marks.append(mark_at(fault["from_s"], fault["kind"]))

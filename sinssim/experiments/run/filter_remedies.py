@@ -65,11 +65,7 @@ def short(value: float, digits: int = 3) -> str:
 
 
 def with_sigma(cause: Hypothesis, size: float, unit: str) -> str:
-    """Return the estimates of a hypothesis with their σ, in a display unit.
-
-    Args:
-        size: of the unit, SI.
-    """
+    """Return the estimates of a hypothesis with their σ, in a display unit of a size in SI."""
     values = [
         f"{short(value / size)} ± {short(sigma / size, 2)}"
         for value, sigma in zip(cause.value, cause.sigma, strict=True)
@@ -120,11 +116,7 @@ def cause_and_remedy(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
 
 
 def sensor_error(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
-    """Return an error of an aiding sensor in words, and the keys that make it a state.
-
-    Args:
-        cause: a hypothesis on a block of the sensor.
-    """
+    """Return an error of an aiding sensor in words, and the keys that make it a state."""
     sensor, error = _parts(cause.name)
     largest = max(cause.value, key=abs)
     others = [] if scenario.log is None else list(scenario.log.others)
@@ -169,9 +161,6 @@ def sensor_walk(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
     """Return a random walk of an aiding sensor's error in words, and the keys that describe it.
 
     A Gauss-Markov process of 1σ s and correlation time τ begins as a random walk of the density q = s √(2/τ).
-
-    Args:
-        cause: a hypothesis on the walk of its bias.
     """
     sensor, density = cause.name, cause.value[0]
     others = [] if scenario.log is None else list(scenario.log.others)
@@ -199,11 +188,7 @@ def _words(error: str) -> str:
 
 
 def initial_state(cause: Hypothesis, scenario: Scenario) -> tuple[str, str]:
-    """Return an error of the initial state in words, and the keys that let the filter take it in.
-
-    Args:
-        cause: a hypothesis on the initial state, with its size.
-    """
+    """Return an error of the initial state in words, and the keys that let the filter take it in."""
     what, unit, size, axes = _OF_START[cause.name]
     if not cause.value:
         amount = ""
@@ -305,11 +290,7 @@ def _keys_of_noise(sensors: Sequence[str], factors: Sequence[float], scenario: S
 
 
 def planted(scenario: Scenario, until: float) -> Iterator[str]:
-    """Yield the keys of faults that a scenario plants before an instant, of which a filter knows nothing.
-
-    Args:
-        until: the instant, s.
-    """
+    """Yield the keys of faults that a scenario plants before an instant, s, and of which a filter knows nothing."""
     gnss = None if scenario.aiding is None else getattr(scenario.aiding, "gnss", None)
     for key in ("jumps", "ramps"):
         begins = [fault.from_s for fault in getattr(gnss, key, ()) if fault.from_s < until]
@@ -335,13 +316,7 @@ _MORE = (
 
 
 def diagnosis_numbers(estimate: Estimate, scenario: Scenario) -> DiagnosisNumbers | None:
-    """Return the entry of `summary.json`, None for a filter without a diagnosis.
-
-    Returns:
-        The time looked at, the spans of refused readings, by sensor the factor by which its innovations are larger
-        than assumed and the factor of its σ that explains them, all hypotheses with their estimates, the cause if there
-        is one, and `what_to_try` in sentences.
-    """
+    """Return the entry of `summary.json`, None for a filter without a diagnosis."""
     diagnosis = estimate.diagnosis
     if diagnosis is None:
         return _without_hypotheses(estimate)

@@ -45,12 +45,7 @@ BEFORE, AFTER, REJECTED = "before the start of the filter", "after the end of th
 
 
 def use_of_readings(aided: Aided) -> dict[str, SensorUse]:
-    """Return what became of the readings of each sensor.
-
-    Returns:
-        By sensor `readings`, all of them; `taken`, those that updated the filter; `unused`, the number of the others by
-        reason. The numbers of `unused` and `taken` add up to `readings`.
-    """
+    """Return what became of the readings of each sensor; those taken and those unused, by reason, are all of them."""
     total = {s.measurements.label: len(s.measurements) for s in aided.sensed}
     return {i.sensor: _of_sensor(i, total.get(i.sensor, len(i.time))) for i in aided.estimate.innovations}
 
@@ -67,11 +62,7 @@ def _of_sensor(i: Innovations, total: int) -> SensorUse:
 
 
 def unused_sentences(sensors: Mapping[str, SensorUse]) -> Iterator[str]:
-    """Report readings outside of the time of the filter; its own remarks report those within.
-
-    Args:
-        sensors: entry `sensors` of a filter in `summary.json`.
-    """
+    """Report readings outside of the time of the filter; its own remarks report those within."""
     for reason in (BEFORE, AFTER):
         some = [(name, s["unused"].get(reason, 0), s["readings"]) for name, s in sensors.items()]
         words = [f"{number} of {total} of {name}" for name, number, total in some if number]
@@ -99,17 +90,7 @@ _IN_A_ROW = 30
 def filter_numbers(aided: Aided, scenario: Scenario) -> FilterNumbers:
     """Return the entry of a filter in `summary.json`.
 
-    Args:
-        scenario: the scenario that was run, with the jumps and ramps that the gate had to detect.
-
-    Returns:
-        `divergence`, `remarks` and `consistent`, with `findings` and explaining `hints`; the errors of the solutions
-        `aided`, `smoothed` and `backward` in the form of the algorithms' errors; the heading's σ and error before and
-        after an alignment, if there was one; for each sensor the use of its readings and the tests on its innovations;
-        for each jump and ramp of the scenario whether the gate caught it; `nees`, the mean over the run per state, for
-        all states and each block, and `noise`, the variance of each noise of the inertial sensors relative to the
-        assumed variance, with their 95 % bands; for each state, named with its unit, σ at the start and at the end, the
-        error at the end, and whether it is observable: the motion shows it, and the filter at least halved its σ.
+    A state is observable if the motion shows it and the filter has at least halved its σ; hints explain findings.
     """
     from sinssim.estimation.consistency import consistency
     from sinssim.scenario.unknown_gravity import gravity_notes
@@ -281,11 +262,7 @@ def _believed_again(time: np.ndarray[Any, Any], accepted: np.ndarray[Any, Any]) 
 
 
 def fault_sentences(numbers: FilterNumbers) -> Iterator[str]:
-    """Report for every jump and ramp whether the gate caught it.
-
-    Args:
-        numbers: result of `filter_numbers`.
-    """
+    """Report for every jump and ramp whether the gate caught it."""
     for fault in numbers["faults"]:
         begin, first, error = fault["from_s"], fault["first_refused_s"], fault["max_horizontal_error_m"]
         what = f"The GNSS {fault['kind']} from {begin:g} s to {fault['to_s']:g} s"
@@ -306,14 +283,7 @@ def fault_sentences(numbers: FilterNumbers) -> Iterator[str]:
 
 
 def sentences(numbers: FilterNumbers, *, diagnosed: bool = True) -> Iterator[str]:
-    """Summarise a filter in sentences.
-
-    Args:
-        diagnosed: whether they include what the diagnosis says to try.
-
-    Yields:
-        Whole sentences, the most important first; verdicts without the underlying tests.
-    """
+    """Summarise a filter in sentences, the most important first; `diagnosed`, with what its diagnosis says to try."""
     end = numbers["divergence"]
     if end is not None:
         at = f" at {end['measurement']}" if end["measurement"] else ""
@@ -398,14 +368,7 @@ def _state_numbers(aided: Aided) -> Iterator[tuple[str, StateNumbers]]:
 
 
 def for_people(column: str, *values: float | None) -> tuple[str, str, list[float]]:
-    """Return a state of the filter in display units.
-
-    Args:
-        column: name of the state with its SI unit, as in the summary.
-
-    Returns:
-        Its name in words, the display unit, and the values in it, NaN for None.
-    """
+    """Return the name of a column in words, its display unit, and its SI values in that unit, NaN for None."""
     ending, unit, size = next(row for row in _ESTIMATE_UNITS if column.endswith(row[0]))
     if "misalignment" in column:  # as in grades and in the table of the sensors' errors
         unit, size = "arcsec", units.ARCSEC

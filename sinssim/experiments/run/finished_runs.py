@@ -33,11 +33,7 @@ _KINDS = {
 
 
 def kind_of(folder: Path) -> str | None:
-    """Return what a directory holds: "run", "ensemble", "study", "trade study", "error budget".
-
-    Returns:
-        The kind; None if sinssim did not write it.
-    """
+    """Return what a directory holds: "run", "ensemble", "study" and so on; None if sinssim did not write it."""
     for name, kind in _KINDS.items():
         if (folder / name).is_file():
             return kind
@@ -121,11 +117,7 @@ class FinishedRun:
         return None
 
     def solution(self, wanted: str | None = None) -> str:
-        """Return the name of a solution with errors over time.
-
-        Args:
-            wanted: the name; by default the aided solution, or else the first algorithm with a result.
-        """
+        """Return the name of a solution with errors over time: the `wanted` one, else that of the headline figure."""
         folder = self.path / "streams"
         stored = {name.removeprefix("error_") for name in self._streams.names if name.startswith("error_")}
         if "one_component" in self.scenario:
@@ -149,14 +141,7 @@ class FinishedRun:
         return wanted
 
     def errors(self, name: str) -> NavError:
-        """Return the errors of a solution over time, exactly as they were computed.
-
-        Args:
-            name: a solution, as `solution` returns it.
-
-        Raises:
-            InputError: the stream cannot be read, or no error in it is known.
-        """
+        """Return the errors of a solution over time, exactly as they were computed."""
         from pyarrow import ArrowException
 
         try:
@@ -297,14 +282,7 @@ class Entry:
 
 
 def runs_in(folder: Path) -> list[Entry]:
-    """Return the directories that sinssim wrote in a folder, the newest first.
-
-    Args:
-        folder: the folder, which may itself be a run, with up to three levels of folders in it.
-
-    Returns:
-        The entries; those in a study or an ensemble belong to it and are not listed.
-    """
+    """Return the directories that sinssim wrote in a folder, three levels deep, the newest first."""
     if not folder.is_dir():
         what = "is a file" if folder.exists() else "does not exist"
         raise InputError(f"{folder} {what}; give a folder with runs, for example runs.")

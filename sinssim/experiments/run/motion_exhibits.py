@@ -111,11 +111,7 @@ class Projection:
         return float(r1), float(r2)
 
     def plane(self, latitude: Array, longitude: Array) -> tuple[Array, Array]:
-        """Return the map coordinates of places: east and north, (N,) m each.
-
-        Args:
-            latitude, longitude: (N,) rad.
-        """
+        """Return the map coordinates of places, (N,) rad each: east and north, (N,) m."""
         east, north, up = self._axes()
         normal = _normals(latitude, longitude)
         e, n, u = normal @ east, normal @ north, normal @ up
@@ -125,14 +121,7 @@ class Projection:
         return r2 * stretch * e, r1 * stretch * n
 
     def place(self, east: Array, north: Array) -> tuple[Array, Array]:
-        """Return the places of points on the map.
-
-        Args:
-            east, north: (N,) m.
-
-        Returns:
-            Latitude and longitude, (N,) rad; the longitude is within π of that of the middle.
-        """
+        """Return latitude and longitude, (N,) rad, of points on the map, (N,) m, within π of the middle."""
         r1, r2 = self._radii()
         e, n = east / r2, north / r1
         angle = np.hypot(e, n)
@@ -183,14 +172,10 @@ def track_map(
     legs: Sequence[tuple[str, float]] = (),
     note: str = "",
 ) -> Charts:
-    """Return the map of some tracks.
+    """Return the map of the motion and of solutions that are not far from it.
 
-    Args:
-        tracks: the motion, and solutions; the map includes a solution unless it is far from the motion.
-        outages: spans without satellites, s, marked on the motion.
-        places: names of waypoints with latitude and longitude, rad.
-        legs: names of legs with an instant of each, s, which are marked instead of round times.
-        note: below the map.
+    Outages, s, are marked on the motion. Places have a name with latitude and longitude, rad; legs have a name with an
+    instant, s, which is marked instead of round times.
     """
     motion, *solutions = tracks
     up = _normals(motion.latitude, motion.longitude)
@@ -323,16 +308,7 @@ def _circle(
 
 
 def degrees(value: float, signs: str, places: int | None = None) -> str:
-    """Write an angle with its hemisphere.
-
-    Args:
-        value: deg.
-        signs: "NS" or "EW".
-        places: decimals of a degree; whole minutes if not given.
-
-    Returns:
-        For example "49°30′N" or "49.50000°N".
-    """
+    """Write an angle, deg, with its hemisphere, of "NS" or "EW": "49°30′N", or with decimal `places` "49.50000°N"."""
     side = signs[0] if value >= 0.0 else signs[1]
     if places is not None:
         return f"{abs(value):.{places}f}°{side}"
@@ -460,13 +436,7 @@ def distance_text(time: Array, speed: Array) -> str:
 def motion_charts(
     time: Array, state: NavState, marks: Sequence[Rule], angles: str | None, airspeed: Channel | None = None
 ) -> Iterator[Charts]:
-    """Yield height, speed and attitude over time.
-
-    Args:
-        time: (N,) s.
-        angles: range of the heading, or "continuous"; None for 0…360°.
-        airspeed: logged airspeed, if there is one.
-    """
+    """Yield height, speed and attitude at (N,) s; `angles` is the range of the heading, or "continuous"."""
     roll, pitch, heading = rotation.euler_from_quaternion(state.q_nb)
     x, degrees_ = over((float(time[0]), float(time[-1]))), fixed("deg", DEG)
     metres, speeds = Axis(units=fixed("m"), least=1e-3), Axis(units=fixed("m/s"), least=1e-3)

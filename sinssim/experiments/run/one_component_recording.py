@@ -99,11 +99,7 @@ def record(path: Path, scenario: Scenario, result: OneComponentResult, streams: 
 
 
 def _draw_pendulum(recording: Recording, result: OneComponentResult) -> dict[str, str]:
-    """Record the mathematical Schuler pendulum that Δy swings like: simulation over closed form.
-
-    Returns:
-        The label `enlarged`, by how much the angles are drawn larger than they are.
-    """
+    """Record the Schuler pendulum that Δy swings like, simulation over closed form; return how much it is enlarged."""
     import rerun as rr
 
     k = thinned(len(result.truth.time), _FRAMES)

@@ -85,14 +85,7 @@ class ComparedRuns:
 
 
 def compare_runs(folders: Sequence[Path], solution: str | None = None) -> ComparedRuns:
-    """Read finished runs to be compared.
-
-    Args:
-        solution: the solution to compare, which all runs have; by default that of each run's headline figure.
-
-    Returns:
-        The runs with their errors, cut to the time in common.
-    """
+    """Read the errors of finished runs, cut to the time in common, by default of the solution in the headline."""
     if len(folders) < 2:
         raise InputError("a comparison needs at least two runs; give the directories of two or more.")
     twice = [str(path) for i, path in enumerate(folders) if path.resolve() in [o.resolve() for o in folders[:i]]]
@@ -203,11 +196,7 @@ def _differences(compared: ComparedRuns) -> Iterator[Item]:
 
 
 def write_comparison(compared: ComparedRuns, target: Path, *, overwrite: bool = False) -> tuple[dict[str, Any], Path]:
-    """Write `comparison.json` and `report.html`.
-
-    Returns:
-        Contents of `comparison.json`, and the directory.
-    """
+    """Write `comparison.json` and `report.html`; return the contents of the former, and the directory."""
     contents = {
         "from_s": compared.span[0],
         "to_s": compared.span[1],

@@ -83,14 +83,7 @@ def keep(
     *,
     beside: str = "",
 ) -> Path:
-    """Complete the run directory and move it into its place.
-
-    Args:
-        about_filter: lines that explain the filter's default states.
-        summary: contents of `summary.json`.
-        report: the report's page, if there is one.
-        beside: as for `RunDirectory.keep`.
-    """
+    """Complete the run directory and move it into its place, `beside` another as for `RunDirectory.keep`."""
     with folder.writing():
         write_text(folder.path / "scenario.toml", scenario.to_toml(about_filter))
         for file in own_files(scenario):  # in the layout of a project folder, from which the run can be repeated
@@ -115,12 +108,7 @@ class RunWriter:
         events: Sequence[FlightEvent],
         ellipsoid: Ellipsoid,
     ) -> None:
-        """Open the recording, and start with the motion that it shows.
-
-        Args:
-            time: (N+1,) s.
-            motion: states at those times: the true ones, or what stands for them on recorded sensors.
-        """
+        """Open the recording, and start with the motion that it shows at (N+1,) s, which may be that of a solution."""
         self._streams = folder / "streams"
         self._streams.mkdir()
         self._events, self._time = list(events), time
@@ -159,11 +147,7 @@ class RunWriter:
             raise
 
     def flown(self, truth: Truth, outages: Sequence[tuple[float, float]]) -> None:
-        """Write the true motion of a simulation.
-
-        Args:
-            outages: spans without satellites, s.
-        """
+        """Write the true motion of a simulation, with its spans without satellites, s."""
         self.without_satellites(truth.time, truth.state, outages)
         airspeed = truth.trajectory.channels.get("airspeed_mps")
         self._chart(lambda: motion_charts(truth.time, truth.state, (), self._angles, airspeed))
@@ -226,11 +210,7 @@ class RunWriter:
         self._draw(self._show, stream, [event.time for event in self._events])
 
     def sensed(self, sensed: Sensed, kinds: Sequence[SensorComparison], events: Iterable[FlightEvent] = ()) -> None:
-        """Write the sensors' readings.
-
-        Args:
-            kinds: the readings by kind of sensor, to be drawn.
-        """
+        """Write the sensors' readings, and those by kind of sensor that are drawn."""
         readings = sensed.readings
         self._chart(lambda: comparison_charts(kinds))
         self._events += events
@@ -244,13 +224,7 @@ class RunWriter:
     def recorded(
         self, motion: NavState, imu: ImuData, compensated: ImuData | None, reference: Reference | None
     ) -> None:
-        """Write recorded sensors and the reference, and the motion that they show.
-
-        Args:
-            motion: states at the times of the writer.
-            compensated: the compensated increments, if there is a calibration.
-            reference: the reference solution, if there is one.
-        """
+        """Write recorded sensors and the reference, and the motion that they show."""
         self._chart(lambda: motion_charts(self._time, motion, (), self._angles))
         self._chart(lambda: recorded_readings(imu))
         self._stream(imu_stream("measured", imu))
@@ -260,21 +234,12 @@ class RunWriter:
             self._stream(reference_stream(reference))
 
     def without_satellites(self, time: Array, truth: NavState, outages: Sequence[tuple[float, float]]) -> None:
-        """Mark the parts of the track without satellites on the map.
-
-        Args:
-            time: (N,) s.
-            outages: spans, s.
-        """
+        """Mark the spans without satellites, s, on the map of a motion at (N,) s."""
         if outages:
             self._draw(lambda: pictures.draw_outages(self._recording, time, truth, outages))
 
     def navigated(self, run: Navigated, parts: Mapping[str, Part[object]], rule: ErrorRule | None = None) -> None:
-        """Write the solutions of the algorithms and their errors, and what only some runs have.
-
-        Args:
-            rule: how the errors follow from truth and solution, so that they are not stored; None if they do not.
-        """
+        """Write solutions and their errors, not stored if a rule gives them, and what only some runs have."""
         solutions, errors, failed = run.solutions, run.errors, run.failures
         for name, error in failed.items():
             self._events.append(FlightEvent(self._run.end if error.time is None else error.time, f"{name}: {error}"))

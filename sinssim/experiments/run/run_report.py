@@ -79,12 +79,7 @@ class FirstSections:
 
 
 def first_sections(run: Reached | Run, kinds: Sequence[SensorComparison] | None = None) -> FirstSections:
-    """Return the sections of a simulated run that need every sample, which may then be freed.
-
-    Args:
-        run: the run; one that failed lacks the results of its later stages.
-        kinds: its readings by kind of sensor, if they have been compared.
-    """
+    """Return the sections of a simulated run that need every sample, which may then be freed."""
     scenario, truth, navigated = run.scenario, run.truth, run.navigated
     motion, errors, axes, tracks = list[Item](), list[Item](), list[Item](), list[Track]()
     facts = track = None
@@ -104,23 +99,13 @@ def first_sections(run: Reached | Run, kinds: Sequence[SensorComparison] | None 
 
 
 def of_parts(run: Reached | Run, place: str) -> list[Item]:
-    """Return the sections on what only some runs have.
-
-    Args:
-        place: which of them, `Part.place`.
-    """
+    """Return the sections on what only some runs have, of one `Part.place`."""
     shown = [(part.title, list(part.exhibits())) for part in run.parts.values() if part.place == place]
     return [Section(title, items, on=_PAGE) for title, items in shown if items]
 
 
 def run_exhibits(run: Reached | Run, summary: RunSummary, first: FirstSections | None = None) -> Exhibits:
-    """Return what a run has to show.
-
-    Args:
-        run: the run; one that failed lacks the results of its later stages.
-        summary: contents of `summary.json`.
-        first: result of `first_sections`, if they are known.
-    """
+    """Return what a run has to show; one that failed lacks the results of its later stages."""
     scenario, truth = run.scenario, run.truth
     items = list(brief(run, summary))
     if isinstance(truth, RecordedMotion):

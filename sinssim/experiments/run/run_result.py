@@ -252,11 +252,7 @@ class Part(Generic[N]):
         return replace(self, run=run, aided=aided)
 
     def brief(self, algorithms: Mapping[str, ErrorNumbers]) -> Iterator[Item]:
-        """Yield what the console shows, and the sentences that a report begins with.
-
-        Args:
-            algorithms: errors of the algorithms with a solution, as in `summary.json`.
-        """
+        """Yield what the console shows, and the first sentences of a report, given the errors of the algorithms."""
         yield from ()
 
     def exhibits(self) -> Iterator[Item]:
@@ -279,13 +275,7 @@ def side_by_side(
     marks: tuple[Mark, ...] = (),
     of: str = "",
 ) -> Charts:
-    """Return the horizontal and the attitude errors of solutions beside each other.
-
-    Args:
-        errors: by name, with colour and weight of their lines.
-        span: first and last instant of the run, s.
-        of: the algorithm that they have in common, for the titles.
-    """
+    """Return the horizontal and the attitude errors of solutions, by name with colour and weight, over a span, s."""
     charts = [
         Chart(
             key=f"{key}/{name}", title=f"{title} of {of}" if of else title, x=over(span), y=Axis(units=units, low=0.0),

@@ -53,14 +53,7 @@ RECORDING = "recording.rrd"
 
 
 def ranking(numbers: Mapping[str, ErrorNumbers]) -> list[str]:
-    """Return the algorithms from the smallest to the largest rms of the horizontal error.
-
-    Args:
-        numbers: results of `known_numbers` by algorithm.
-
-    Returns:
-        Their names; those without a number are last.
-    """
+    """Return the algorithms from the smallest to the largest rms of the horizontal error; those without it are last."""
 
     def size(name: str) -> float:
         value = numbers[name]["rms_horizontal_error_m"]
@@ -305,11 +298,7 @@ def _components(error: NavError) -> Array:
 
 
 def write_scores(scored: Scored) -> Path:
-    """Write the scores beside the run; the run's own files stay as they are.
-
-    Returns:
-        The report.
-    """
+    """Write the scores beside the run, whose own files stay as they are, and return their report."""
     run = scored.judge.run
     folder = run.path / FOLDER
     try:

@@ -45,13 +45,7 @@ _STREAM_UNITS = {"m": "m", "m/s": "mps", "rad": "rad", "rad/s": "radps", "m/s²"
 
 
 def filter_streams(aided: Aided) -> list[Stream]:
-    """Return all streams of an aided solution.
-
-    Returns:
-        `nav_aided`, `error_aided`, the same for the smoothed and the backward solution if there are any, `filter` with
-        1σ of all states, estimates of the sensors' parameters and their errors, and `aiding_<sensor>` with every
-        reading and the decision on it.
-    """
+    """Return the streams of an aided solution: solutions, errors, states with 1σ, readings with the decisions."""
     estimate = aided.estimate
     solution = estimate.solution
     streams = [
@@ -71,14 +65,7 @@ def filter_streams(aided: Aided) -> list[Stream]:
 
 
 def state_columns(block: Block, kinds: dict[str, str]) -> tuple[str, ...]:
-    """Return the column names of a block's states, each with its unit.
-
-    Args:
-        kinds: kind of measurement of each aiding sensor, by its label.
-
-    Returns:
-        Names such as "gyro_bias_x_radps"; "phi_n_rad", … for the attitude.
-    """
+    """Return the names of the states of a block with their units, given the kinds of the aiding sensors by label."""
     stem = "phi" if block.name == "attitude" else block.name.replace(" ", "_").replace("-", "_")
     sensor = next((label for label in kinds if block.name.startswith(f"{label} ")), "")
     what = block.name.removeprefix(f"{sensor} ")
@@ -181,13 +168,7 @@ class CoordinateStreams:
     epoch: float
 
     def of(self, name: str, time: Array, motion: Motion) -> Iterator[Stream]:
-        """Yield the streams of one motion.
-
-        Args:
-            name: "truth" or the algorithm; the names of the streams end with it.
-            time: (N,) s.
-            motion: N rows. Coordinates along a frame's axes need a solution with an azimuth.
-        """
+        """Yield the streams of one motion at (N,) s, whose names end with its name, "truth" or the algorithm."""
         for kind in self.names:
             if kind == "frame" and getattr(motion, "azimuth", None) is None:
                 continue  # the azimuth of a frame depends on the path, and only a solution has it

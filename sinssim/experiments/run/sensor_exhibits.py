@@ -90,14 +90,9 @@ class SensorComparison:
         return next((w for w in (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0) if w >= duration / 200.0), 120.0)
 
     def averaged(self, error: Array) -> tuple[Array, Array]:
-        """Return the mean error of the readings over each window.
+        """Return the ends of the windows, (M,) s, and the mean error of the readings over each, (M, k) SI.
 
-        Args:
-            error: `error` or `left`, (N+1, k).
-
-        Returns:
-            End of each window, (M,) s, and means, (M, k), in rad/s or m/s²; in rad for an attitude sensor. M is 0 for a
-            run shorter than a window.
+        M is 0 for a run shorter than a window.
         """
         ends = np.arange(self.time[0], self.time[-1] + 1e-9, self.window)
         edges = np.unique(np.searchsorted(self.time, ends - 1e-6 * self.window))  # whatever the rounding of the ends
@@ -118,11 +113,7 @@ def sensor_comparisons(sensed: Sensed | None) -> tuple[SensorComparison, ...]:
 def compare_sensors(
     readings: Readings, perfect: Readings, ideal: ImuData, compensated: ImuData | None
 ) -> Iterator[SensorComparison]:
-    """Compare the readings of each kind of sensor with those of perfect sensors.
-
-    Args:
-        compensated: compensated increments, None without a calibration.
-    """
+    """Compare the readings of each kind of sensor, and the compensated increments, with those of perfect sensors."""
     time, imu = ideal.time, readings.imu
     rate, force = "Gyros", "Accelerometers"
 
@@ -238,13 +229,7 @@ def mean_lines(
     weight: Weight = "line",
     most: int = RECORDED_ROWS,
 ) -> Iterator[Line]:
-    """Yield mean rates between some of the instants: sums of whole increments, without aliasing.
-
-    Args:
-        time: edges of the samples, (N+1,) s.
-        increments: (N, k).
-        most: number of instants.
-    """
+    """Yield mean rates between at most some of the instants (N+1,) s, of increments (N, k), without aliasing."""
     edges = thinned(len(time), most)
     sums = np.add.reduceat(increments, edges[:-1], axis=0)
     means = sums / np.diff(time[edges])[:, np.newaxis]
@@ -274,11 +259,7 @@ Row = Sequence[str]
 
 
 def sensor_errors(scenario: Scenario, true: TrueErrors, kinds: Sequence[SensorComparison]) -> Iterator[Item]:
-    """Yield the errors of this run's sensors, their 1σ, and their effect on the readings.
-
-    Args:
-        kinds: readings of the sensors; empty if the run ended before.
-    """
+    """Yield the errors of this run's sensors, their 1σ, and their effect on the readings, if there are any."""
     section, grade = scenario.imu, find_grade(scenario.imu.grade)
     of = f"Accelerometers of the grade **{grade_name(section.grade)}**."
     if isinstance(section.sensor_set, Gyros | Redundant | Platform):  # the grade describes a unit with gyros
@@ -427,12 +408,7 @@ def _attitude_sensor(section: Imu, errors: AttitudeSensorErrors | None) -> list[
 
 
 def triad_table(errors: TriadErrors, grade: TriadGrade, keys: Mapping[str, object], kind: str) -> Table:
-    """Return the turn-on errors of a triad per axis, and their 1σ.
-
-    Args:
-        keys: the scenario's keys of the sensors, which replace values of the grade.
-        kind: "gyro" or "accel".
-    """
+    """Return the turn-on errors of a triad per axis, and their 1σ, by the grade and the keys that replace it."""
     return error_table(_AXES, list(_triad(errors, grade, keys, kind)))
 
 
@@ -467,11 +443,7 @@ def _noises(*terms: tuple[str, float, float, str]) -> str:
 
 
 def platform_errors(section: Imu, errors: PlatformErrors, frame: str) -> list[Item]:
-    """Return the errors of a platform's torquers and pick-offs.
-
-    Args:
-        section: the [imu] section, whose sensor set is a platform.
-    """
+    """Return the errors of a platform's torquers and pick-offs."""
     platform = section.sensor_set
     assert isinstance(platform, Platform)
 
@@ -498,12 +470,7 @@ def platform_errors(section: Imu, errors: PlatformErrors, frame: str) -> list[It
 
 
 def single_errors(blocks: Sequence[ImuErrors], section: Imu, kind: str) -> Table:
-    """Return the errors of single sensors.
-
-    Args:
-        section: the [imu] section, whose sensor set is redundant.
-        kind: "gyro" or "accel".
-    """
+    """Return the errors of single sensors of a redundant set, "gyro" or "accel"."""
     assert isinstance(section.sensor_set, Redundant)
     count = len(section.sensor_set.axes)
     rows = []

@@ -313,13 +313,7 @@ def platform_numbers(
     by_cause: ErrorsByCause,
     simulated: NavError,
 ) -> PlatformNumbers:
-    """Return the results of a platform: numbers for `summary.json`.
-
-    Args:
-        ideal: ideal increments of the same sensors strapped down.
-        strapdown: the first strapdown algorithm and its errors, None without one.
-        without: errors of that algorithm if its gyros had no errors that act in turns only.
-    """
+    """Return the entry of a platform, and of a strapdown algorithm with and without errors that act in turns."""
     rate = ideal.dtheta / np.diff(ideal.time)[:, np.newaxis]
     speed = np.linalg.norm(rate, axis=1)
     turning = speed > _TURNING

@@ -177,12 +177,8 @@ class Outages(Part[OutageNumbers]):
 def outage_numbers(outages: Sequence[OutageErrors]) -> OutageNumbers:
     """Return the errors of outages together.
 
-    Args:
-        outages: the errors of each, of `outage_errors`.
-
-    Returns:
-        `each`: the same; `median` and `p90` over the outages of the magnitude of each error; `error_over_sigma`: root
-        mean square of the horizontal error over the filter's own 1σ, which is 1 on average for a filter that is right.
+    `error_over_sigma` is the root mean square of the horizontal error over the filter's own 1σ, 1 on average for a
+    filter that is right.
     """
     ratio = [outage["horizontal_error_m"] / outage["horizontal_sigma_m"] for outage in outages]
     return {
@@ -202,11 +198,7 @@ def _share(outages: Sequence[OutageErrors], percent: float) -> dict[str, float]:
 
 
 def sentences(numbers: OutageNumbers) -> Iterator[str]:
-    """Yield the result of the outages in a sentence.
-
-    Args:
-        numbers: the entry `outages` of the summary.
-    """
+    """Yield the result of the outages in a sentence."""
     each = numbers["each"]
     if not each:
         yield "No outage could be evaluated: the reference is not known in any of them."

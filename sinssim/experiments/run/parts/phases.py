@@ -128,15 +128,10 @@ class Phase:
 
 
 def phases_of(events: Iterable[FlightEvent], driven: bool = False) -> list[Phase]:
-    """Return the phases of a motion by its legs; neighbouring legs of one kind are one phase, and so is the flight to
+    """Return the phases of a motion by its legs, empty for a motion of a single kind.
 
-    each named waypoint.
-
-    Args:
-        driven: whether the legs are those of a vehicle on the ground or on water, where a turn is no flight.
-
-    Returns:
-        The phases in order; empty for a motion of a single kind, which has nothing to compare.
+    Neighbouring legs of one kind are one phase, and so is the flight to each named waypoint. A turn of a vehicle that
+    is driven is no flight.
     """
     begun: dict[str, float] = {}
     phases: list[Phase] = []
@@ -333,11 +328,7 @@ def _phases(run: Navigated) -> list[Phase]:
 
 
 def budgets_of_phases(run: Navigated, phases: Sequence[Phase]) -> dict[str, BudgetResult | str]:
-    """Return the budgets of the inertial solutions and, with a filter, of the aided one.
-
-    Returns:
-        By "inertial" and "filter": the budget, or why there is none.
-    """
+    """Return the budgets of the inertial solutions and, with a filter, of the aided one, or why there is none."""
     from sinssim.analyses.error_budget.covariance_budget import budget
 
     truth = run.truth

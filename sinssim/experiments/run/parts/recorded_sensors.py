@@ -115,14 +115,7 @@ class Log(Part["LogNumbers"]):
 
 
 def best_solution(run: Navigated, aided: Aided | None) -> tuple[str, NavSolution]:
-    """Return the best solution of a run on recorded sensors, which stands for the motion in pictures.
-
-    Args:
-        aided: its aided solution, if there is a filter.
-
-    Returns:
-        Its name, and the smoothed solution, else the aided one, else that of the first algorithm.
-    """
+    """Return the solution that stands for the recorded motion: smoothed, else aided, else the first one."""
     if aided is not None and len(aided.estimate.time) > 1:
         smoothed = aided.estimate.smoothed
         if smoothed is not None and aided.estimate.divergence is None:
@@ -132,11 +125,7 @@ def best_solution(run: Navigated, aided: Aided | None) -> tuple[str, NavSolution
 
 
 def compared_words(about: LogNumbers) -> str:
-    """Return a sentence on what the solutions are compared with.
-
-    Args:
-        about: the entry `log` of the summary.
-    """
+    """Return a sentence on what the solutions are compared with."""
     against, knows = about["compared_with"], about["knows"]
     if about["reference_file"] is not None:
         missing = [what for what in ("velocity", "attitude") if what not in knows]

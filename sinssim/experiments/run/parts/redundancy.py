@@ -163,12 +163,7 @@ class Redundancy(Part[RedundancyNumbers]):
 
 
 def sentences(numbers: RedundancyNumbers, algorithms: Mapping[str, ErrorNumbers]) -> Iterator[str]:
-    """Yield the results of the monitoring in words.
-
-    Args:
-        numbers: result of `redundancy_numbers`.
-        algorithms: errors of the algorithms, of which the first is compared.
-    """
+    """Yield the results of the monitoring in words, beside the errors of the first algorithm."""
     if numbers["monitoring"] == "none":
         yield "The sensors of the redundant set are not monitored: all of them are always used."
         return
@@ -306,23 +301,14 @@ def tests(monitored: Sequence[Monitored], section: Redundant) -> Iterator[Item]:
 
 
 def window_names(windows: Array) -> list[str]:
-    """Return the names of the windows of a test: "sample", "1 s", ….
-
-    Args:
-        windows: their lengths, s, of which the first is one sample.
-    """
+    """Return the names of the windows of a test, s, of which the first is one sample: "sample", "1 s", …."""
     return ["sample", *(f"{window:.6g} s" for window in windows[1:])]
 
 
 def redundancy_numbers(
     section: Redundant, monitored: Sequence[Monitored], without: NavError | None
 ) -> RedundancyNumbers:
-    """Return the results of the monitoring: numbers for `summary.json`.
-
-    Args:
-        monitored: gyros and accelerometers; empty without monitoring.
-        without: errors of the first algorithm without monitoring, None if they are the same.
-    """
+    """Return the entry of a redundant set, with the errors of an algorithm `without` monitoring, if they differ."""
     axes = section.axes
     numbers: RedundancyNumbers = {
         "monitoring": section.mode,
