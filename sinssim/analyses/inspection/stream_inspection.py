@@ -19,6 +19,7 @@ from sinssim.analyses.inspection.clock_offset import (
     fine_offset,
     offset_finding,
 )
+from sinssim.analyses.inspection.gnss_findings import delay_findings, delayed, fix_findings, interval_of, velocity_delay
 from sinssim.analyses.inspection.quiet_spans import (
     AtRest,
     Moves,
@@ -30,19 +31,7 @@ from sinssim.analyses.inspection.quiet_spans import (
     scale_finding,
     vibration_finding,
 )
-from sinssim.analyses.inspection.stream_findings import (
-    Finding,
-    channel_findings,
-    delay_findings,
-    delayed,
-    doubt,
-    fact,
-    fix_findings,
-    interval_of,
-    time_findings,
-    velocity_delay,
-    wrong,
-)
+from sinssim.analyses.inspection.stream_findings import Finding, channel_findings, doubt, fact, time_findings, wrong
 from sinssim.analyses.inspection.unit_axes import Mounting, attitude_by_match, attitude_finding, mounting
 from sinssim.analyses.inspection.velocity_match import Seen, pushed, seen
 from sinssim.data import Array

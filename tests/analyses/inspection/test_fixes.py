@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from sinssim import earth
-from sinssim.analyses.inspection.stream_findings import Delay, Finding, delay_findings, doubt, fact, fix_findings, wrong
+from sinssim.analyses.inspection.gnss_findings import Delay, delay_findings, fix_findings
+from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact, wrong
 from sinssim.logs.recorded_streams import FixStream
 
 _COUNT = 40

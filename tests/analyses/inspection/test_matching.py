@@ -10,8 +10,9 @@ import pytest
 
 from sinssim import earth, rotation
 from sinssim.analyses.inspection.clock_offset import coarse_offset, even_times
+from sinssim.analyses.inspection.gnss_findings import velocity_delay
 from sinssim.analyses.inspection.quiet_spans import motion_of
-from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact, velocity_delay
+from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact
 from sinssim.analyses.inspection.stream_inspection import _apart, _mounting_finding
 from sinssim.analyses.inspection.unit_axes import Mounting, _named, attitude_by_match, attitude_finding, mounting
 from sinssim.analyses.inspection.velocity_match import Match, Pushed, Seen, match, pushed, scatter, seen
