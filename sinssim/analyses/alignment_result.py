@@ -66,6 +66,7 @@ class AlignmentResult(Result):
         mean_angles: result of eq. (1) for a disturbed session, for comparison, rad.
         warmed: time from when the sensors were switched on to the session's first sample, s.
         directory: directory of the alignment; None if none was written.
+        media: what draws and writes it.
     """
 
     source: str

@@ -53,6 +53,7 @@ class CalibrationResult(Result):
         truth: true values of the parameters in the same frame, (p,) SI; None for a log.
         notes: sentences on what was found and what is not modelled.
         directory: directory of the calibration; None if none was written.
+        media: what draws and writes it.
     """
 
     scenario: Scenario

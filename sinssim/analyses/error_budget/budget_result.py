@@ -93,6 +93,7 @@ class BudgetResult(Result):
         free: names of sources that share one factor in the answers to them.
         times: times for which tables have further lines, s since the start.
         directory: directory of the budget; None if none was written.
+        media: what draws and writes it.
     """
 
     scenario: Scenario

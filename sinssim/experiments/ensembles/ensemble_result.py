@@ -58,6 +58,7 @@ class EnsembleResult(Result):
         verdicts: verdicts on the requirements, in their order.
         looks: numbers of runs after which they were judged, with `until_decided`; else none.
         times: times since the start for which tables have further lines, s.
+        media: what draws and writes it.
     """
 
     plan: Plan

@@ -86,6 +86,7 @@ class Run(Result):
         summary: contents of `summary.json`.
         directory: the run directory, None if nothing was recorded.
         about_filter: lines that explain the filter's default states.
+        media: what draws and writes it.
     """
 
     scenario: Scenario
@@ -142,6 +143,7 @@ class PlaneRun(Result):
         one_component: motion, solution and errors.
         summary: contents of `summary.json`.
         directory: the run directory, None if nothing was recorded.
+        media: what draws and writes it.
     """
 
     scenario: Scenario

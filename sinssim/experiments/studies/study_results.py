@@ -257,6 +257,7 @@ class StudyResult(Result):
         verdicts: the claims.
         picks: recommended engines, part by part.
         directory: directory of the study; None if nothing is kept.
+        media: what draws and writes it.
     """
 
     study: Study

@@ -43,6 +43,7 @@ class TradeResult(Result):
         seconds: duration of the computation, s, of this call alone.
         computed: number of cells computed by this call; the others had been finished before.
         notes: remarks on how it was computed, whole sentences.
+        media: what draws and writes it.
     """
 
     study: TradeStudy
