@@ -8,6 +8,7 @@ import re
 import pytest
 
 import sinssim
+from sinssim.cli.app import command_names
 from sinssim.scenario.schema import key_tables, toml_lines
 from tests.documentation.fences import ROOT
 
@@ -42,7 +43,7 @@ def test_places_exist(name: str) -> None:
     elif name.startswith("frame = "):
         assert name.split('"')[1] in sinssim.FRAMES
     elif name.startswith("sinssim "):
-        assert (ROOT / "sinssim" / "cli" / "commands" / f"{name.split()[1]}.py").is_file()
+        assert name.split()[1] in command_names()
     elif re.fullmatch(r"[\w.]+", name) and _is_object(name):
         pass
     elif re.fullmatch(r"\[[\w.]+\](?: \w+)?", name):  # a table of a scenario, with a key

@@ -254,7 +254,7 @@ def _hold(
 ) -> None:
     """Fill in the heading of a standstill: hold the course before it, then go over to the course after it.
 
-    The courses are those at the edges, turned by the angles to the mean courses beyond them.
+    The courses are those at the edges or, of a noisy path, which turns there at random, the mean courses beyond them.
     """
     first, last = span
     rows, before, after = slice(first, last), first > 0, last < len(time)
@@ -264,7 +264,8 @@ def _hold(
     change = 0.0
     if before and first > 1:
         rate = _change(course, up, first - 2) / (time[first - 1] - time[first - 2])
-        turn_out = np.clip(rate, -most, most) * _ease(time[rows] - time[first - 1])
+        eased = np.clip(rate, -most, most) * _ease(np.append(time[rows] - time[first - 1], np.inf))
+        turn_out, mean_before = eased[:-1], mean_before and mean_before - eased[-1]
     if before:
         turn_out = turn_out + mean_before * _smooth((time[rows] - time[first - 1]) / _GO_OVER)
     if after:
@@ -272,7 +273,8 @@ def _hold(
         turn_in = np.full(last - first, change)
         if last + 1 < len(time):
             rate = _change(course, up, last) / (time[last + 1] - time[last])
-            turn_in = turn_in - np.clip(rate, -most, most) * _ease(time[last] - time[rows])
+            eased = np.clip(rate, -most, most) * _ease(np.append(time[last] - time[rows], np.inf))
+            turn_in, mean_after = turn_in - eased[:-1], mean_after and mean_after + eased[-1]
         turn_in = turn_in + mean_after * _smooth((time[last] - time[rows]) / _GO_OVER)
     share = _share(time, span, max(_GO_OVER, _duration(abs(change), most)))
     angle = (1.0 - share) * turn_out + share * turn_in
