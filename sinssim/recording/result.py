@@ -216,6 +216,9 @@ class Media(Generic[R]):
     file: ClassVar[str]
     """Name of the JSON file of a result's directory."""
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}()"
+
     def summary(self, result: R) -> dict[str, Any]:
         """Return the contents of the JSON file of a result's directory."""
         raise NotImplementedError
