@@ -105,7 +105,7 @@ CALLS: dict[str, tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]] = {
     "load": (sinssim.load_scenario, ("parked",), {"overrides": ["imu.rate_hz=10"]}),
     "fit noise": (fit_noise, (np.random.default_rng(2).standard_normal(256) * 1e-6, 0.1), {"correlation_time": 5.0}),
     "one component": (simulate, (KNOTS, 1e-6 * KNOTS[1:], np.full((7, 2), 9.8)), {"velocity": 1.0, "radius": 6.4e6}),
-    "schuler": (gyro_error, (KNOTS, 1e-8), {"gravity": 9.8, "radius": 6.4e6}),
+    "schuler": (gyro_error, (KNOTS, 1e-8), {}),
     "multiply": (rotation.multiply, (LEVEL, LEVEL), {}),
     "rotate": (rotation.rotate, (LEVEL, np.ones(3)), {}),
     "normalize": (rotation.normalize, (LEVEL,), {}),

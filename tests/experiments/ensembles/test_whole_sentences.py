@@ -120,7 +120,7 @@ def test_runs_that_are_there_already(monkeypatch: pytest.MonkeyPatch, tmp_path: 
             return 14
 
     monkeypatch.setattr(
-        ensemble_run, "EnsembleResult", lambda plan, errors, path, seconds, computed, notes, times: Result(
+        ensemble_run, "EnsembleResult", lambda plan, errors, path, seconds, computed, notes, times, media: Result(
         errors=errors, path=path, computed=computed, notes=notes, times=times))  # fmt: skip
     looks = iter(([range(3), range(8, 12)], [range(12), range(12, 14)]))
     folder = counted(tmp_path)
