@@ -33,7 +33,7 @@ from sinssim.analyses.inspection.quiet_spans import (
 )
 from sinssim.analyses.inspection.stream_findings import Finding, channel_findings, doubt, fact, time_findings, wrong
 from sinssim.analyses.inspection.unit_axes import Mounting, attitude_by_match, attitude_finding, mounting
-from sinssim.analyses.inspection.velocity_match import Seen, pushed, seen
+from sinssim.analyses.inspection.velocity_match import Pushed, Seen, pushed, seen
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
@@ -281,17 +281,24 @@ def _inspect_together(
     if placed is not None:
         result.findings.append(_mounting_finding(placed))
         result.mounting = placed if placed.known else None
-    reference = described.reference
-    if reference is not None and reference[1].q_nb is not None:
-        clock, given = reference
-        origins = clock.origin_gps_s, clocks[0].origin_gps_s
-        shift = origins[0] - origins[1] if origins[0] is not None and origins[1] is not None else 0
-        of_attitude = attitude_finding(curve, fixes, offset.match, offset.value, given.time + shift, reference[1].q_nb)
-        result.findings += [] if of_attitude is None else [of_attitude]
+    result.findings += _attitude_of_reference(curve, fixes, offset, described, clocks[0])
     confirmed = offset.shown or result.mounting is not None or any(f.grade == "fact" for f in agreed.readings)
     if result.residual is not None and not confirmed:
         result.findings.append(_UNCONFIRMED)
     return (readings[0], rate, force), motion_of(fixes, at)
+
+
+def _attitude_of_reference(
+    curve: Pushed, fixes: Seen, offset: Offset, described: Described, unit_clock: Clock
+) -> list[Finding]:
+    """Return what the motion says of the attitude of a reference, if there is one that has an attitude."""
+    if described.reference is None or (q_nb := described.reference[1].q_nb) is None:
+        return []
+    clock, given = described.reference
+    origins = clock.origin_gps_s, unit_clock.origin_gps_s
+    shift = origins[0] - origins[1] if origins[0] is not None and origins[1] is not None else 0
+    finding = attitude_finding(curve, fixes, offset.match, offset.value, given.time + shift, q_nb)
+    return [] if finding is None else [finding]
 
 
 MAY_BE_WORSE = ": navigation may be worse than the fixes alone"
