@@ -61,7 +61,7 @@ def test_the_map_of_a_plan() -> None:
     np.testing.assert_allclose(middles["end"], [2.0, 1.0], atol=1e-3)
     np.testing.assert_allclose(middles["lake"], [-1.5, 0.3], atol=1e-3)
     # half of 1.16 times the extent, in the proportions of the map
-    assert np.allclose(axes.get_xlim(), (-2.32, 2.32), atol=2e-3)
+    assert np.allclose(axes.get_xlim(), (-2.32, 2.32), atol=1e-3)
     assert figure._suptitle.get_text() == "way: planned motion"
     assert drawn(path(), flight=SimpleNamespace())._suptitle.get_text() == "way: plan by dead reckoning"
 
