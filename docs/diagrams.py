@@ -4,23 +4,18 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from sinssim.recording import style
-from sinssim.recording.diagrams import ATTITUDE, DIAGRAMS, POSITION, SENSOR, VELOCITY, Canvas
-from sinssim.recording.figures import save, styled
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from sinssim.recording.diagrams import ATTITUDE, DIAGRAMS, POSITION, SENSOR, VELOCITY
+from sinssim.recording.style import INK, SOFT
+from sinssim.recording.svg import Drawing
 
 FOLDER = Path(__file__).with_name("images")
 
 
-@styled
-def floors() -> Figure:
+def floors() -> str:
     """Draw the floors of the package: who may import whom, and the three ways of docs/architecture.md."""
     rows = (
-        ("cli", "commands, screens", style.INK),
+        ("cli", "commands, screens", INK),
         ("experiments", "runs, ensembles, comparisons, trade studies", POSITION),
         ("analyses", "covariance budget, calibration, noise, inspection", POSITION),
         ("simulation", "stages of a run: truth, sensed, navigated, aided", POSITION),
@@ -32,31 +27,29 @@ def floors() -> Figure:
         ("strapdown", "navigation on increments", VELOCITY),
         ("sensors", "inertial and aiding sensors, their errors", SENSOR),
         ("truth", "the motion of the vehicle and of its sensors", SENSOR),
-        ("statistics", "circles, requirements, random numbers", style.SOFT),
-        ("earth", "ellipsoids, gravity, coordinates", style.SOFT),
-        ("rotation", "quaternions, matrices, angles", style.SOFT),
-        ("system", "files, processes; with errors, units, data, tables, kernels", style.SOFT),
+        ("statistics", "circles, requirements, random numbers", SOFT),
+        ("earth", "ellipsoids, gravity, coordinates", SOFT),
+        ("rotation", "quaternions, matrices, angles", SOFT),
+        ("system", "files, processes; with errors, units, data, tables, kernels", SOFT),
     )
-    step, left, right = 0.34, 1.75, 5.6
-    c = Canvas(6.6, step * len(rows) + 0.35)
-    for number, (name, what, color) in enumerate(reversed(rows)):
-        y = 0.3 + step * number
-        c.box(0.95, y, 1.4, 0.27, name, color)
-        c.text(left, y, what, ha="left")
-    top, bottom = 0.3 + step * (len(rows) - 1), 0.3
-    c.path((right + 0.45, top), (right + 0.45, bottom), color=style.SOFT)
-    c.text(right + 0.7, 0.5 * (top + bottom), "imports", style.SOFT, rotation=90)
-    return c.figure
+    step, top = 34.0, 22.0
+    d = Drawing(680.0, step * len(rows) + 10.0, "floors of the package")
+    for number, (name, what, color) in enumerate(rows):
+        y = top + step * number
+        d.box(95.0, y, 140.0, [name], color)
+        d.text(175.0, y, what, anchor="start")
+    d.line([(605.0, top), (605.0, top + step * (len(rows) - 1))], "", "imports")
+    return d.svg()
 
 
 def main() -> None:
-    """Draw all diagrams."""
+    """Draw all diagrams, on white paper."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", "--out", type=Path, default=FOLDER, help="folder to write")
-    parser.add_argument("--format", default="svg", choices=("svg", "png", "pdf"))
     options = parser.parse_args()
     for name, draw in {**DIAGRAMS, "floors": floors}.items():
-        save(draw(), options.out / f"{name}.{options.format}")
+        drawing = draw().replace(">", '><rect width="100%" height="100%" fill="#fff"/>', 1)
+        (options.out / f"{name}.svg").write_text(drawing + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

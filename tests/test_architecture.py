@@ -44,7 +44,7 @@ HOMES = {
     "typer": {"cli"},
     "tomllib": {"toml_file", "scenario.load"},
     "rich": {"cli", "recording.console", "progress", "*_table"},
-    "matplotlib": {"recording.figures", "recording.diagrams"},
+    "matplotlib": {"recording.figures"},
 }
 """Libraries that only these parts may import; "*" stands for any beginning of a module's name."""
 

@@ -13,6 +13,9 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from sinssim.recording.diagrams import DIAGRAMS
+from tests.recording.drawings import check_words, words_of
+
 DOCS = Path(__file__).parents[1] / "docs"
 
 
@@ -130,39 +133,18 @@ def test_levels_by_the_square_of_the_interval(numbers):
     assert at_10 / at_20 == pytest.approx(4.0, rel=0.05)
 
 
-@pytest.mark.rendered
-def test_diagrams_are_up_to_date(diagrams):
-    from sinssim.recording.figures import to_svg
-
-    for name, draw in diagrams.DIAGRAMS.items():
-        kept = (DOCS / "images" / f"{name}.svg").read_text(encoding="utf-8")
-        words = [re.findall(r"<text[^>]*>([^<]*)<", svg) for svg in (kept, to_svg(draw(), name))]
-        assert words[0] == words[1], f"{name}.svg: python docs/diagrams.py"
-        assert words[0]
+@pytest.mark.parametrize("name", [*DIAGRAMS, "floors"])
+def test_diagrams_are_up_to_date_and_legible(name, diagrams, tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["diagrams.py", "-o", str(tmp_path)])
+    diagrams.main()
+    drawn, kept = ((folder / f"{name}.svg").read_text(encoding="utf-8") for folder in (tmp_path, DOCS / "images"))
+    assert drawn == kept, "python docs/diagrams.py"
+    check_words(kept)
 
 
-def test_diagrams_have_what_the_chapters_have(diagrams):
+def test_diagrams_have_what_the_chapters_have():
     """Axes of the start (8.1, 8.2), the loop closed over y (8.3), three turns and the vectors of their rates (8.7)."""
-    words = {
-        name: {text.get_text() for axes in draw().axes for text in axes.texts}
-        for name, draw in diagrams.DIAGRAMS.items()
-    }
-    assert {"ξ$_0$", "η$_0$"} <= words["one_component_axes"]
+    words = {name: set(words_of(draw())) for name, draw in DIAGRAMS.items()}
+    assert {"ξ0", "η0"} <= words["one_component_axes"]
     assert "α = ∫ω dt + y" in words["one_component_scheme"]
     assert {"−ψ", "ϑ", "γ", "ψ̇", "ϑ̇", "γ̇"} <= words["frames"]
-
-
-def test_words_in_diagrams_do_not_overlap(diagrams):
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    for name, draw in diagrams.DIAGRAMS.items():
-        figure = draw()
-        renderer = FigureCanvasAgg(figure).get_renderer()
-        (axes,) = figure.axes
-        texts = [text for text in axes.texts if text.get_text()]
-        extents = [text.get_window_extent(renderer) for text in texts]
-        for number, one in enumerate(extents):
-            assert figure.bbox.contains(one.x0, one.y0), (name, texts[number])
-            assert figure.bbox.contains(one.x1, one.y1), (name, texts[number])
-            for other in range(number):
-                assert not one.overlaps(extents[other]), (name, texts[number], texts[other])

@@ -6,7 +6,6 @@ They are written as SVG, PNG or PDF.
 from __future__ import annotations
 
 import io
-import re
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
@@ -127,26 +126,6 @@ def save(figure: Figure, path: Path) -> None:
             figure.savefig(beside, format=path.suffix[1:].lower(), metadata=stamp or None)
     except OSError as error:
         raise RunError(f"{path} cannot be written: {error.strerror or error}.") from error
-
-
-def to_svg(figure: Figure, name: str) -> str:
-    """Return a figure as an SVG element for an HTML page: the element; it refers to nothing outside the page.
-
-    Args:
-        name: a name unique on the page, from which the element's inner references are made.
-    """
-    import matplotlib
-
-    text = io.StringIO()
-    with matplotlib.rc_context({**_STYLE, "svg.hashsalt": name}):
-        figure.savefig(text, format="svg")
-    svg = text.getvalue()
-    svg = svg[svg.index("<svg") :]
-    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
-    used = set(re.findall(r'(?:href="|url\()#([^")]+)', svg))
-    # Unreferenced identifiers are the same in every figure.
-    svg = re.sub(r'\bid="([^"]*)"', lambda match: match[0] if match[1] in used else "", svg)
-    return svg.replace("'DejaVu Sans', ", "").replace("DejaVu Sans, ", "")
 
 
 def to_png(figure: Figure) -> bytes:

@@ -47,7 +47,7 @@ code { font-family: ui-monospace, "Liberation Mono", monospace; font-size: .92em
 .broken { border-left: 5px solid #b03a00; padding: .4rem 1rem; max-width: none; background: var(--head); }
 th.group { text-align: center; } .first { border-left: 1px solid var(--line); }
 .wide { overflow-x: auto; } svg { max-width: 100%; height: auto; display: block; }
-svg text { font-family: system-ui, "Segoe UI", "Liberation Sans", Arial, sans-serif !important; }
+svg text { font-family: system-ui, "Segoe UI", "Liberation Sans", Arial, sans-serif; }
 .met { color: var(--good); font-weight: 600; } .missed { color: var(--bad); font-weight: 600; }
 .partly { color: var(--fair); font-weight: 600; } .undecided { font-weight: 600; }
 ul { max-width: 60rem; margin: .3rem 0; } li { margin: .15rem 0; }
@@ -58,12 +58,6 @@ ul { max-width: 60rem; margin: .3rem 0; } li { margin: .15rem 0; }
   pre { font-size: 7pt; columns: 2; } .wide { overflow: visible; } h2, h3 { break-after: avoid; }
   svg, tr { break-inside: avoid; } }
 """
-    + "".join(
-        f'svg [style*="{paint}: {color}"] {{ {paint}: var(--{name}) !important; }}\n'
-        # the figures of matplotlib are drawn for paper: their paper, ink, axes and grid become those of the page
-        for name, color in (("paper", "#ffffff"), ("ink", INK), ("soft", SOFT), ("hair", GRID))
-        for paint in ("fill", "stroke")
-    )
 )
 
 

@@ -10,7 +10,7 @@ import html
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,7 +24,7 @@ STYLE = """
 .grid { stroke: var(--hair); } .axis { stroke: var(--soft); } svg text { fill: var(--ink); }
 svg .soft text, svg text.soft { fill: var(--soft); } .mark { stroke: var(--soft); }
 svg text.over { stroke: var(--paper); stroke-width: 3px; paint-order: stroke; }
-svg .block { fill: var(--paper); } .line { stroke: var(--soft); }
+svg .block { fill: var(--paper); } .line { stroke: var(--soft); } svg .head { fill: var(--soft); }
 """
 
 _TEXT, _HAIR = style.TEXT / style.POINTS_PER_PIXEL, style.HAIR / style.POINTS_PER_PIXEL
@@ -123,6 +123,36 @@ Point = tuple[float, float]
 _SUBSCRIPT = re.compile(r"\{(.*?)\}")
 _ROW = 15.0  # px between lines of text
 _OUTLINE, _STROKE, _HEAD = 1.8, 1.4, 9.0  # widths of an outline and of an arrow, length of its head, px
+_ABOVE, _ASIDE = 13.0, 8.0  # from a line to the words above or beside it, px
+
+
+class Block(NamedTuple):
+    """A block of a drawing: its centre, and half of its width and of its height, px."""
+
+    x: float
+    y: float
+    w: float
+    h: float
+
+    @property
+    def left(self) -> Point:
+        """Middle of the left edge."""
+        return self.x - self.w, self.y
+
+    @property
+    def right(self) -> Point:
+        """Middle of the right edge."""
+        return self.x + self.w, self.y
+
+    @property
+    def top(self) -> Point:
+        """Middle of the upper edge."""
+        return self.x, self.y - self.h
+
+    @property
+    def bottom(self) -> Point:
+        """Middle of the lower edge."""
+        return self.x, self.y + self.h
 
 
 class Drawing:
@@ -153,8 +183,8 @@ class Drawing:
         kind = ' class="soft over"' if soft else ' class="over"'
         self._body.append(f'<text x="{x:.1f}" y="{y + 4.2:.1f}" text-anchor="{anchor}"{kind}{fill}>{inside}</text>')
 
-    def box(self, x: float, y: float, width: float, lines: Sequence[str], color: str) -> None:
-        """Draw a block with its centre at a point.
+    def box(self, x: float, y: float, width: float, lines: Sequence[str], color: str) -> Block:
+        """Draw a block with its centre at a point, and return it.
 
         Args:
             x, y: the point, px.
@@ -167,24 +197,29 @@ class Drawing:
         )
         for number, line in enumerate(lines):
             self.text(x, y + _ROW * (number - 0.5 * (len(lines) - 1)), line)
+        return Block(x, y, 0.5 * width, 0.5 * height)
 
-    def circle(self, x: float, y: float, radius: float, color: str, sign: str = "") -> None:
-        """Draw a circle with a sign in it."""
+    def circle(self, x: float, y: float, radius: float, color: str, sign: str = "") -> Block:
+        """Draw a circle with a sign in it, and return it."""
         self._body.append(
             f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius:.1f}" class="block" fill="#fff" stroke="{color}" '
             f'stroke-width="{_STROKE}"/>'
         )
         if sign:
             self.text(x, y, sign)
+        return Block(x, y, radius, radius)
 
     def line(
-        self, points: Sequence[Point], color: str = "", head: bool = True, dashes: str = "", width: float = _STROKE
-    ) -> None:
+        self, points: Sequence[Point], color: str = "", words: str = "", *, head: bool = True, dashes: str = "",
+        width: float = _STROKE,
+    ) -> None:  # fmt: skip
         """Draw a line through points.
 
         Args:
             points: px.
             color: CSS colour; "" for that of axes.
+            words: what stands at the middle of its first part, above a level one, to the right of an upright one.
+            head: whether an arrow is at its end.
             dashes: SVG's pattern; "" for a solid line.
             width: px.
         """
@@ -202,8 +237,30 @@ class Drawing:
         if head:
             back, side = end - _HEAD * along, 0.4 * _HEAD * np.array([-along[1], along[0]])
             corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in (end, back + side, back - side))
-            fill = f'fill="{shown}"' if color else f'fill="{shown}" style="fill:var(--soft)"'
-            self._body.append(f'<polygon points="{corners}" {fill}/>')
+            self._body.append(f'<polygon points="{corners}" fill="{shown}"{kind.replace("line", "head")}/>')
+        if words:
+            (x, y), (next_x, next_y) = points[:2]
+            level = y == next_y
+            place = (0.5 * (x + next_x), y - _ABOVE) if level else (x + _ASIDE, 0.5 * (y + next_y))
+            self.text(*place, words, color, "middle" if level else "start")
+
+    def arc(
+        self, centre: Point, radius: float, first: float, last: float, color: str = "", *, head: bool = False,
+        flat: float = 1.0,
+    ) -> None:  # fmt: skip
+        """Draw an arc about a point between two directions.
+
+        Args:
+            centre: px.
+            radius: px; of an ellipse, its half axis to the right.
+            first, last: directions, counter-clockwise from the right, rad; of an ellipse, the angles of its parameter.
+            color: CSS colour; "" for that of axes.
+            head: whether an arrow is at its end.
+            flat: the upright half axis over `radius`.
+        """
+        turn = np.linspace(first, last, 2 + int(abs(last - first) * 20.0))
+        x, y = centre[0] + radius * np.cos(turn), centre[1] - flat * radius * np.sin(turn)
+        self.line(list(zip(x.tolist(), y.tolist(), strict=True)), color, head=head)
 
     def svg(self) -> str:
         """Return the drawing as an SVG element."""

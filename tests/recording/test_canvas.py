@@ -12,7 +12,7 @@ import pytest
 import sinssim
 from sinssim.errors import InputError
 from sinssim.recording import style
-from sinssim.recording.figures import new_figure, save, styled, to_png, to_svg
+from sinssim.recording.figures import new_figure, save, styled, to_png
 
 PACKAGE = Path(sinssim.__file__).parent
 DRAWING = sorted({
@@ -45,9 +45,7 @@ def test_one_figure_as_svg_png_and_pdf(tmp_path: Path) -> None:
         save(drawn(), tmp_path / "new" / f"line.{suffix}")
         assert (tmp_path / "new" / f"line.{suffix}").read_bytes().startswith(begin)
     assert to_png(drawn()).startswith(b"\x89PNG")
-    svg = to_svg(drawn(), "one")
-    assert svg.startswith("<svg")
-    assert ">time [s]<" in svg
+    assert ">time [s]<" in (tmp_path / "new" / "line.svg").read_text(encoding="utf-8")
 
 
 def test_pictures_of_known_size_without_a_date(tmp_path: Path) -> None:
@@ -61,12 +59,6 @@ def test_pictures_of_known_size_without_a_date(tmp_path: Path) -> None:
     assert one == two
     assert "dc:date" not in one
     assert 'width="216pt" height="144pt"' in one
-    first, second = (to_svg(drawn(), name) for name in ("one", "two"))
-    inner = [set(re.findall(r'\bid="([^"]*)"', svg)) for svg in (first, second)]
-    assert inner[0]
-    assert not inner[0] & inner[1]  # two figures on one page
-    assert "DejaVu" not in first
-    assert "<metadata>" not in first
     for wrong in ("line.gif", "line"):
         with pytest.raises(InputError, match=r"must end in \.svg, \.png, \.pdf"):
             save(drawn(), tmp_path / wrong)

@@ -16,6 +16,7 @@ from sinssim.data import Array
 from sinssim.exhibits import Item, Picture, Sentence
 from sinssim.frames import FRAME_REGISTRY, FRAMES
 from sinssim.recording import style
+from sinssim.recording.diagrams import ATTITUDE, POSITION, SENSOR, VELOCITY
 from sinssim.recording.svg import Drawing, Point
 from sinssim.rotation import dcm_from_quaternion, euler_from_quaternion, shown_heading
 from sinssim.sensors.aiding.air_data import Barometer
@@ -27,10 +28,8 @@ if TYPE_CHECKING:
     from sinssim.scenario import Scenario
 
 
-SENSOR, ATTITUDE, VELOCITY, POSITION, AIDED = (
-    style.css(style.COLORS[name]) for name in ("measured", "attitude", "gyro bias", "position", "accelerometer bias")
-)
-"""Colours: what is measured, attitude, velocity, position, filter."""
+AIDED = style.css(style.COLORS["accelerometer bias"])
+"""Colour of the filter."""
 
 _LETTERS = 21  # of a line in the block of attitude
 
@@ -103,14 +102,11 @@ def _sensors(d: Drawing, scenario: Scenario) -> None:
         case _:
             top, low = ["three", "accelerometers"], ["three gyros"]
     for y, lines in ((_TOP, top), (_LOW, low)):
-        d.box(_X["sensors"], y, 136.0, lines, SENSOR)
-        start = _X["sensors"] + 68.0
-        if scenario.compensation is None:
-            d.line([(start, y), (_X["attitude"] - 75.0, y)], SENSOR)
-        else:
-            d.line([(start, y), (_X["compensation"] - 55.0, y)], SENSOR)
-            d.box(_X["compensation"], y, 110.0, ["compensation", "of errors"], SENSOR)
-            d.line([(_X["compensation"] + 55.0, y), (_X["attitude"] - 75.0, y)], SENSOR)
+        last = d.box(_X["sensors"], y, 136.0, lines, SENSOR)
+        if scenario.compensation is not None:
+            sensors, last = last, d.box(_X["compensation"], y, 110.0, ["compensation", "of errors"], SENSOR)
+            d.line([sensors.right, last.left], SENSOR)
+        d.line([last.right, (_X["attitude"] - 75.0, y)], SENSOR)
     d.text(_X["attitude"] - 92.0, _TOP - 13.0, "f", SENSOR)
     measured = MEASURED_ATTITUDE in scenario.navigation.algorithms
     d.text(_X["attitude"] - 92.0, _LOW - 13.0, "C{ib}" if measured else "ω", SENSOR)
@@ -129,45 +125,32 @@ def _attitude(d: Drawing, scenario: Scenario, s: Symbols) -> None:
         if len(lines) > 2:
             lines = [f"{len(names)} algorithms,", "each on its own"]
     x = _X["attitude"]
-    d.box(x, _TOP, 150.0, [f"{s.matrix} f", "specific force resolved"], VELOCITY)
-    d.box(x, _LOW, 150.0, [f"attitude {s.matrix}", *lines], ATTITUDE)
-    height = 7.0 + 7.5 * (1 + len(lines))
-    d.line([(x, _LOW - height), (x, _TOP + 22.0)], ATTITUDE)
-    d.text(x - 8.0, 0.5 * (_TOP + _LOW), s.matrix, ATTITUDE, "end")
-    d.line([(x, _LOW + height), (x, _OUT - 15.0)], ATTITUDE)
-    d.box(x, _OUT, 150.0, ["roll, pitch, heading"], ATTITUDE)
+    force = d.box(x, _TOP, 150.0, [f"{s.matrix} f", "specific force resolved"], VELOCITY)
+    attitude = d.box(x, _LOW, 150.0, [f"attitude {s.matrix}", *lines], ATTITUDE)
+    d.line([attitude.top, force.bottom], ATTITUDE, s.matrix)
+    d.line([attitude.bottom, d.box(x, _OUT, 150.0, ["roll, pitch, heading"], ATTITUDE).top], ATTITUDE)
 
 
 def _velocity_and_position(d: Drawing, scenario: Scenario, s: Symbols) -> None:
     """Both integrals, and what the position gives back to them and to the attitude."""
     x, y = _X["position"], _TOP
-    d.line([(_X["attitude"] + 75.0, y), (_X["sum"] - 11.0, y)], VELOCITY)
-    d.circle(_X["sum"], y, 11.0, VELOCITY, "+")
-    d.line([(_X["sum"] + 11.0, y), (_X["integral"] - 20.0, y)], VELOCITY)
-    d.box(_X["integral"], y, 40.0, ["∫"], VELOCITY)
-    d.line([(_X["integral"] + 20.0, y), (x - 65.0, y)], VELOCITY)
-    d.text(x - 93.0, y - 13.0, "v", VELOCITY)
+    total, speed = d.circle(_X["sum"], y, 11.0, VELOCITY, "+"), d.box(_X["integral"], y, 40.0, ["∫"], VELOCITY)
     inertial = scenario.navigation.frame == "inertial"
-    d.box(x, y, 130.0, ["∫, then geodetic", "φ, λ, h"] if inertial else ["∫, position", "φ, λ, h"], POSITION)
+    place = d.box(x, y, 130.0, ["∫, then geodetic" if inertial else "∫, position", "φ, λ, h"], POSITION)
     radii = [] if inertial else [f"radii R{{1}}, R{{2}}: {scenario.navigation.curvature}"]
-    d.box(x, _LOW, 180.0, [*s.earth, *radii], POSITION)
-    edge = _LOW - (7.0 + 7.5 * (len(s.earth) + len(radii)))
-    d.line([(x, y + 22.0), (x, edge)], POSITION)
+    earth = d.box(x, _LOW, 180.0, [*s.earth, *radii], POSITION)
+    edge = earth.top[1]
+    d.line([(_X["attitude"] + 75.0, y), total.left], VELOCITY)
+    d.line([total.right, speed.left], VELOCITY)
+    d.line([speed.right, place.left], VELOCITY, "v")
+    d.line([place.bottom, earth.top], POSITION)
     if not inertial:
         d.line([(x - 60.0 - 42.0, y), (x - 60.0 - 42.0, y + 40.0), (x - 60.0, y + 40.0), (x - 60.0, edge)], VELOCITY)
-    d.line(
-        [
-            (x - 80.0, edge),
-            (x - 80.0, 0.5 * (y + edge) + 18.0),
-            (_X["sum"], 0.5 * (y + edge) + 18.0),
-            (_X["sum"], y + 11.0),
-        ],
-        POSITION,
-    )
-    d.text(_X["sum"] + 8.0, 0.5 * (y + edge) + 5.0, s.added, POSITION, "start")
+    between = 0.5 * (y + edge) + 18.0
+    d.line([(x - 80.0, edge), (x - 80.0, between), (total.x, between), total.bottom], POSITION)
+    d.text(total.x + 8.0, between - 13.0, s.added, POSITION, "start")
     if s.rate and scenario.navigation.algorithms != (MEASURED_ATTITUDE,):
-        d.line([(x - 90.0, _LOW), (_X["attitude"] + 75.0, _LOW)], POSITION)
-        d.text(0.5 * (x - 15.0 + _X["attitude"]), _LOW - 13.0, s.rate, POSITION)
+        d.line([earth.left, (_X["attitude"] + 75.0, _LOW)], POSITION, s.rate)
 
 
 def _height(d: Drawing, scenario: Scenario) -> None:
@@ -181,9 +164,7 @@ def _height(d: Drawing, scenario: Scenario) -> None:
             f"baro loop, {navigation.baro_time_constant_s:g} s, on",
             "the barometer" if barometer else "the true height",
         ]
-    d.box(x, _TOP, 150.0, lines, POSITION)
-    d.line([(x - 75.0, _TOP), (_X["position"] + 65.0, _TOP)], POSITION)
-    d.text(0.5 * (x - 75.0 + _X["position"] + 65.0), _TOP - 13.0, "h, v{D}", POSITION)
+    d.line([d.box(x, _TOP, 150.0, lines, POSITION).left, (_X["position"] + 65.0, _TOP)], POSITION, "h, v{D}")
 
 
 def _filter(d: Drawing, scenario: Scenario) -> None:
@@ -191,21 +172,13 @@ def _filter(d: Drawing, scenario: Scenario) -> None:
     x = _X["beside"]
     sensors = [] if scenario.aiding is None else list(scenario.aiding.sensors())
     shown = [", ".join(sensors)] if len(", ".join(sensors)) <= 26 else [f"{len(sensors)} aiding sensors"]
-    d.box(x, _LOW, 150.0, ["Kalman filter of the", "errors: aided solution"], AIDED)
-    d.line([(_X["position"] + 90.0, _LOW), (x - 75.0, _LOW)], AIDED)
-    d.line(
-        [
-            (x, _LOW - 22.0),
-            (x, 0.5 * (_TOP + _LOW)),
-            (_X["position"] + 40.0, 0.5 * (_TOP + _LOW)),
-            (_X["position"] + 40.0, _TOP + 22.0),
-        ],
-        AIDED,
-    )
-    d.text(x - 10.0, 0.5 * (_TOP + _LOW) - 12.0, "corrections", AIDED, "end")
+    aided = d.box(x, _LOW, 150.0, ["Kalman filter of the", "errors: aided solution"], AIDED)
+    d.line([(_X["position"] + 90.0, _LOW), aided.left], AIDED)
+    between, back = 0.5 * (_TOP + _LOW), _X["position"] + 40.0
+    d.line([aided.top, (x, between), (back, between), (back, _TOP + 22.0)], AIDED)
+    d.text(x - 10.0, between - 12.0, "corrections", AIDED, "end")
     if sensors:
-        d.box(x, _OUT, 150.0, shown, SENSOR)
-        d.line([(x, _OUT - 15.0), (x, _LOW + 22.0)], SENSOR)
+        d.line([d.box(x, _OUT, 150.0, shown, SENSOR).top, aided.bottom], SENSOR)
 
 
 def _rates(d: Drawing, scenario: Scenario) -> None:
@@ -236,10 +209,8 @@ def scheme_words(scenario: Scenario) -> str:
     return text
 
 
-LEVEL = POSITION
-"""Colour of the axes of the local level."""
-BODY = style.css(style.COLORS["measured"])
-"""Colour of the body's axes."""
+LEVEL, BODY = POSITION, SENSOR
+"""Colours of the axes of the local level, and of the body."""
 
 _CENTRE, _RADIUS, _FLAT = (165.0, 168.0), 118.0, 0.9  # of the drawn Earth, px; its flattening is exaggerated
 _ORIGIN, _UNIT = (560.0, 140.0), 104.0  # of the local level, px
@@ -294,8 +265,7 @@ def _earth(d: Drawing, latitude: float) -> None:
     """The meridian with the place, its vertical and the local level."""
     (x, y), a = _CENTRE, _RADIUS
     b = _FLAT * a
-    turn = np.linspace(0.0, 2.0 * np.pi, 121)
-    d.line([(x + a * float(np.cos(t)), y - b * float(np.sin(t))) for t in turn], head=False)
+    d.arc(_CENTRE, a, 0.0, 2.0 * np.pi, flat=_FLAT)
     d.line([(x, y), (x, y - b - 32.0)])
     d.text(x - 12.0, y - b - 26.0, "Ω", soft=True, anchor="end")
     d.line([(x, y), (x + a, y)], head=False)
@@ -306,8 +276,7 @@ def _earth(d: Drawing, latitude: float) -> None:
     foot = (here[0] - normal * _FLAT**2 * c, y)  # where the vertical meets the equator's plane
     d.line([foot, here], head=False, dashes="5 4")
     if abs(latitude) > _NEAR:
-        arc = np.linspace(0.0, latitude, 20)
-        d.line([(foot[0] + 34.0 * float(np.cos(t)), y - 34.0 * float(np.sin(t))) for t in arc], ATTITUDE, head=False)
+        d.arc(foot, 34.0, 0.0, latitude, ATTITUDE)
         half = 0.5 * latitude
         d.text(foot[0] + 46.0 * float(np.cos(half)), y - 46.0 * float(np.sin(half)), "φ", ATTITUDE)
     for name, (east, north), length in (("N", (-s, c), 62.0), ("D", (-c, -s), 48.0)):

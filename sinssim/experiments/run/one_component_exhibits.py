@@ -12,11 +12,11 @@ import numpy as np
 
 from sinssim.charts import PAIR, WIDE, Axis, Chart, Charts, Color, Line, Rule, Weight, over
 from sinssim.data import Array
-from sinssim.exhibits import Column, Exhibits, Item, Medium, Section, Sentence, Table, Verbatim, charts_in
+from sinssim.exhibits import Column, Exhibits, Item, Medium, Picture, Section, Sentence, Table, Verbatim, charts_in
 from sinssim.experiments.run.run_report import computed_with
 from sinssim.experiments.run.summary_types import PlaneNumbers
 from sinssim.formatting import number_text, signed
-from sinssim.recording.diagrams import diagram, one_component_axes, one_component_scheme, schuler_loop
+from sinssim.recording.diagrams import one_component_axes, one_component_scheme, schuler_loop
 from sinssim.recording.result import plain
 from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import COLORS, Rgb
@@ -179,11 +179,11 @@ def plane_exhibits(scenario: Scenario, result: OneComponentResult, summary: RunS
     """Return what a run in a vertical plane has to show."""
     numbers = summary["one_component"]
     items: list[Item] = [*plane_brief(scenario, summary), *_in_short(result, numbers)]
-    items += [diagram(one_component_axes, "axes"), diagram(one_component_scheme, "scheme")]
+    items += [Picture(one_component_axes), Picture(one_component_scheme)]
     items.append(Section("Errors", [error_table(numbers), _note(), *_errors_over_time(result)], on=_PAGE))
     if len(result.by_source) > 1:
         items.append(Section("Each error source alone", list(_by_source(result)), on=_PAGE))
-    loop = diagram(schuler_loop, "loop")
+    loop = Picture(schuler_loop)
     items.append(Section("Error equations", [*map(Sentence, _FORMULAS), loop, *_differences(result)], on=_PAGE))
     items.append(Section("Motion", list(_motion(result)), on=_PAGE))
     items.append(Section("How the run was computed", [computed_with(scenario, summary)], on=_PAGE))

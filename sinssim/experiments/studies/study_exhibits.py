@@ -15,7 +15,7 @@ from typing import Any
 
 from sinssim.charts import Charts
 from sinssim.errors import InputError
-from sinssim.exhibits import Column, Exhibits, Item, Points, Section, Sentence, Table
+from sinssim.exhibits import Column, Exhibits, Item, Picture, Points, Section, Sentence, Table
 from sinssim.experiments.studies import study_charts as charts
 from sinssim.experiments.studies.attitude_claims import guarantee
 from sinssim.experiments.studies.step_cost import Operations
@@ -23,7 +23,7 @@ from sinssim.experiments.studies.study_charts import Label, labeller, over_rates
 from sinssim.experiments.studies.study_results import DEFECT, ERRORS, Case, Pick, Row, StudyResult, Verdict
 from sinssim.experiments.studies.study_schema import Part
 from sinssim.formatting import capital, number_text
-from sinssim.recording.diagrams import diagram, three_rates
+from sinssim.recording.diagrams import three_rates
 from sinssim.recording.result import Media, plain, software, versions, write_directory
 from sinssim.recording.streams import write_table
 from sinssim.scenario.tables import COORDINATES
@@ -63,7 +63,7 @@ def exhibits_of(comparison: StudyResult) -> Exhibits:
           if stopped else []),
         *([_verdicts(comparison.verdicts)] if comparison.verdicts else []),
         *([_picks(comparison.picks)] if comparison.picks else []),
-        *(Section(f"{number}. {part.title}", [*_part(comparison, part, number, paint)])
+        *(Section(f"{number}. {part.title}", [*_part(comparison, part, paint)])
           for number, part in enumerate(study.parts, start=1)),
         Section("Cost of a step", [*_costs(comparison)], on=_PAGE),
         Section("Motions", [_motions(comparison)], on=_PAGE),
@@ -117,7 +117,7 @@ def _picks(picks: Sequence[Pick]) -> Section:
     return Section("Recommended engines", [Table(columns, rows), Sentence(note, "note", on=_WRITTEN)])
 
 
-def _part(comparison: StudyResult, part: Part, number: int, paint: charts.Paint) -> Iterator[Item]:
+def _part(comparison: StudyResult, part: Part, paint: charts.Paint) -> Iterator[Item]:
     rows = comparison.of_part(part.title)
     warning = charts.one_draw(part, comparison.study)
     if (rows and not part.decides) or warning:
@@ -125,7 +125,7 @@ def _part(comparison: StudyResult, part: Part, number: int, paint: charts.Paint)
     if part.text:
         yield Sentence(" ".join(part.text.split()), on=_WRITTEN)
     if part.schedules_hz:
-        yield diagram(three_rates, f"rates{number}")
+        yield Picture(three_rates)
     if not rows:
         yield Sentence("Not reached.", on=_WRITTEN)
     elif over_rates(part):

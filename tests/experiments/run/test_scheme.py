@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
 import re
-import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
@@ -12,9 +10,8 @@ import pytest
 from sinssim.experiments.run.navigation_scheme import scheme, scheme_words
 from sinssim.frames import FRAMES
 from sinssim.scenario import Scenario, load_scenario
+from tests.recording.drawings import check_words, words_of
 
-SVG = "{http://www.w3.org/2000/svg}"
-LETTER = 6.4  # px, at most on average, at 12 px
 SHIPPED = sorted(path.stem for path in Path("scenarios").glob("*.toml") if path.stem != "one_component")
 PARKED = {"latitude_deg": 50.0, "longitude_deg": 14.5, "duration_s": 20.0}
 
@@ -23,36 +20,9 @@ def shown(**tables) -> str:
     return scheme(Scenario.model_validate({"name": "x", "parked": PARKED, "imu": {"grade": "ideal"}, **tables}))
 
 
-def words_of(svg: str) -> list[str]:
-    return ["".join(text.itertext()).replace("\u200b", "") for text in ET.fromstring(svg).iter(f"{SVG}text")]
-
-
-def extents(svg: str) -> list[tuple[str, float, float, float, float]]:
-    """Words with left, right, top and bottom, px."""
-    boxes = []
-    for text in ET.fromstring(svg).iter(f"{SVG}text"):
-        words = "".join(text.itertext()).replace("\u200b", "")
-        small = sum(len(part.text or "") for part in text if part.get("font-size"))
-        width = LETTER * (len(words) - 0.25 * small)
-        x, y = float(text.get("x", 0)), float(text.get("y", 0))
-        left = x - {"start": 0.0, "middle": 0.5, "end": 1.0}[text.get("text-anchor", "start")] * width
-        boxes.append((words, left, left + width, y - 9.0, y + 2.0))
-    return boxes
-
-
 @pytest.mark.parametrize("name", SHIPPED)
 def test_words_lie_within_the_drawing_and_apart(name):
-    scenario = load_scenario(f"scenarios/{name}.toml")
-    svg = scheme(scenario)
-    width, height = (float(v) for v in ET.fromstring(svg).get("viewBox", "").split()[2:])
-    boxes = extents(svg)
-    for words, left, right, top, bottom in boxes:
-        assert left >= 0.0, words
-        assert right <= width, words
-        assert top >= 0.0, words
-        assert bottom <= height, words
-    for (a, l1, r1, t1, b1), (b, l2, r2, t2, b2) in itertools.combinations(boxes, 2):
-        assert r1 <= l2 or r2 <= l1 or b1 <= t2 or b2 <= t1, (a, b)
+    check_words(scheme(load_scenario(f"scenarios/{name}.toml")))
 
 
 @pytest.mark.parametrize("frame", FRAMES)

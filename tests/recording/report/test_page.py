@@ -1,30 +1,30 @@
-"""Figures on a page have its paper, ink, axes and grid, light or dark."""
+"""Drawings on a page have its paper and ink, light or dark."""
 
 from __future__ import annotations
 
 import re
+import xml.etree.ElementTree as ET
 
-from sinssim.recording.figures import new_figure, styled, to_svg
+import pytest
+
+from sinssim.recording.diagrams import ATTITUDE, DIAGRAMS, POSITION, SENSOR, VELOCITY
 from sinssim.recording.page import page
-from sinssim.recording.style import GRID, INK, SOFT
+from sinssim.recording.svg_chart import STYLE
 
 
-@styled
-def _figure() -> str:
-    figure = new_figure(3.0, 2.0)
-    axes = figure.add_subplot()
-    axes.plot([0.0, 1.0], [0.0, 1.0], color="#d55e00", label="line")
-    axes.set_title("title")
-    axes.legend()
-    return to_svg(figure, "one")
-
-
-def test_every_neutral_colour_of_a_figure_follows_the_page() -> None:
-    """What is neither a curve's colour nor named by a rule of the page would be illegible in the dark."""
-    svg, rules = _figure(), page("x", [])
-    found = {paint: set(re.findall(rf"\b{paint}: (#[0-9a-f]{{6}})", svg)) for paint in ("fill", "stroke")}
-    assert {"#ffffff", INK, SOFT} <= found["fill"]
-    assert GRID in found["stroke"]
-    for paint, colors in found.items():
-        for color in colors - {"#d55e00"}:
-            assert f'svg [style*="{paint}: {color}"] {{ {paint}: var(--' in rules
+@pytest.mark.parametrize("name", DIAGRAMS)
+def test_every_neutral_colour_of_a_drawing_follows_the_page(name: str) -> None:
+    """What has neither the colour of a quantity nor one by a rule of the page would be illegible in the dark."""
+    rules, neutral = page("x", [], STYLE), set()
+    for part in ET.fromstring(DIAGRAMS[name]()).iter():
+        for paint in ("fill", "stroke"):
+            color = part.get(paint)
+            if color in (None, "none", SENSOR, ATTITUDE, VELOCITY, POSITION):
+                continue
+            selectors = [f'svg [{paint}="{color}"]', part.tag.partition("}")[2]]
+            selectors += [f".{kind}" for kind in part.get("class", "").split()]
+            followed = (re.search(rf"{re.escape(s)} \{{ {paint}: var\(--", rules) for s in selectors)
+            assert any(followed), (part.tag, part.attrib)
+            neutral.add(color)
+    assert "#fff" in neutral or name == "one_component_axes"  # which has no block
+    assert len(neutral) > 1

@@ -284,7 +284,10 @@ def test_a_table() -> None:
 def test_a_drawing_to_the_pixel() -> None:
     """A box is 14 px high and 15 px a line; an arrow's head is 9 px long and 7.2 px wide, its line ends before."""
     d = svg.Drawing(200.0, 100.0, "about <it>")
-    d.box(100.0, 50.0, 80.0, ["one", "two", "x{nb}"], "#010203")
+    block = d.box(100.0, 50.0, 80.0, ["one", "two", "x{nb}"], "#010203")
+    assert (block.left, block.right, block.top, block.bottom) == (
+        (60.0, 50.0), (140.0, 50.0), (100.0, 20.5), (100.0, 79.5),
+    )  # fmt: skip
     d.circle(20.0, 30.0, 11.0, "#040506", "+")
     d.line([(10.0, 20.0), (10.0, 60.0), (50.0, 90.0)], "#070809", dashes="5 4", width=2.5)
     d.line([(1.0, 2.0), (3.0, 4.0)], head=False)
@@ -303,6 +306,21 @@ def test_a_drawing_to_the_pixel() -> None:
     assert 'stroke-dasharray="5 4"' in drawn
     assert '<polyline points="1.0,2.0 3.0,4.0" fill="none" stroke="#555555"' in drawn
     assert drawn.count("<polygon") == 1
+
+
+def test_words_on_a_line_and_an_arc_to_the_pixel() -> None:
+    """Words stand 13 px above a level line, 8 px to the right of an upright one; angles run counter-clockwise."""
+    d = svg.Drawing(200.0, 100.0, "about")
+    d.line([(10.0, 50.0), (30.0, 50.0), (30.0, 90.0)], "#010203", "level")
+    d.line([(60.0, 20.0), (60.0, 80.0)], words="upright")
+    d.arc((100.0, 50.0), 40.0, 0.0, np.pi / 2.0, flat=0.5)
+    drawn = d.svg()
+    words = re.findall(r'<text x="([\d.]+)" y="([\d.]+)" text-anchor="(\w+)"[^>]*>(\w+)', drawn)
+    assert words == [("20.0", "41.2", "middle", "level"), ("68.0", "54.2", "start", "upright")]
+    assert 'style="fill:#010203">level' in drawn
+    x, y = np.array([pair.split(",") for pair in re.findall(r'points="([^"]+)"', drawn)[-1].split()], float).T
+    assert (x[0], y[0], x[-1], y[-1]) == (140.0, 50.0, 100.0, 30.0)
+    np.testing.assert_allclose(((x - 100.0) / 40.0) ** 2 + ((y - 50.0) / 20.0) ** 2, 1.0, atol=0.006)  # 0.05 px
 
 
 def test_lines_in_the_colour_of_words_are_legible_on_a_dark_page() -> None:

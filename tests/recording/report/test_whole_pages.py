@@ -174,7 +174,7 @@ def study_result(rows: list[Row], *parts: Any, **more: Any) -> Any:
 def names(monkeypatch: pytest.MonkeyPatch) -> None:
     """Charts and drawings are shown by their names."""
     monkeypatch.setattr("sinssim.recording.page.html_of", lambda charts: f"({charts.key})")
-    monkeypatch.setattr("sinssim.recording.diagrams.to_svg", lambda figure, key: f"({key})")
+    monkeypatch.setattr(study_exhibits, "three_rates", lambda: "(rates)")
 
 
 def pieces(html: list[str]) -> list[str]:
@@ -205,7 +205,7 @@ def test_a_study(names: None, monkeypatch: pytest.MonkeyPatch) -> None:
         "<h2>Recommended engines</h2>",
         "<h2>1. one</h2>", "<p>See &lt;it&gt;.</p>", "(bars)", "<h3>Growth of the position error</h3>", "(grow)",
         "<p>(cases 1)</p>",
-        "<h2>2. two</h2>", "(rates2)", "(bars)", "<h3>Growth of the position error</h3>", "(grow)", "<p>(cases 2)</p>",
+        "<h2>2. two</h2>", "(rates)", "(bars)", "<h3>Growth of the position error</h3>", "(grow)", "<p>(cases 2)</p>",
         "<p><strong>One &amp; draw.</strong></p>",
         "<h2>3. three</h2>", "<p>Not reached.</p>",
         "<h2>Cost of a step</h2>", "<h3>Whole navigation</h3>", "(costs)", "<h2>Motions</h2>",
@@ -231,7 +231,7 @@ def test_a_part_over_rates(names: None) -> None:
     paint = dict.fromkeys(("euler", "poisson", "dcm"), "#123456")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study_exhibits, "_guarantees", lambda *_: [Sentence("(guarantees)")])
-        items = [*study_exhibits._part(study_result(rows, part, orders=[order]), part, 1, paint)]
+        items = [*study_exhibits._part(study_result(rows, part, orders=[order]), part, paint)]
     shown = pieces([*parts_of(items, 3)])
     unfolded = [line.partition('<div class="wide">')[0] for line in shown]
     assert unfolded == [
