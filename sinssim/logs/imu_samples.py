@@ -262,7 +262,7 @@ def _edges(
         row = int(np.flatnonzero(fresh)[k])
         raise InputError(f"{table.place(row)}: the time {edges[k + 1]:.9g} s is not later than {edges[k]:.9g} s.")
     interval = float(np.median(steps))
-    if inertial and unit is None and interval >= _SLOWEST:
+    if inertial and unit is None and clock is None and interval >= _SLOWEST:
         raise InputError(
             f"{path}: the times in {column!r} are {interval:.6g} apart, which in seconds is slow for inertial sensors. "
             f'Give their unit: time_unit = "ms" (or "us", "ns"), or time_unit = "s" for seconds.'

@@ -21,7 +21,7 @@ from sinssim.logs.imu_samples import WITHOUT_GRAVITY, without_gravity
 from sinssim.logs.increments import bridge_noise, gap_words, made_increments
 from sinssim.logs.log_files import fix_stream, inertial_stream, other_stream, solution_stream
 from sinssim.logs.log_settings import Log, LogFile, LogGnss, LogImu, LogOther, LogReference
-from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, OtherStream, SolutionStream
+from sinssim.logs.recorded_streams import NO_FIX, Clock, FixStream, InertialStream, OtherStream, SolutionStream
 from sinssim.logs.reference_solution import Reference
 from sinssim.sensors.aiding_sensor import AidingReadings
 from sinssim.sensors.vibration_noise import AddedNoise
@@ -35,8 +35,6 @@ Spans = Sequence[tuple[float, float]]
 Mask = NDArray[np.bool_]
 
 
-_NO_FIX = ("no fix", "none")
-"""Words of formats for codes with which a receiver says that it has no position."""
 _CLAIM = 0.1
 """1σ of a float fix that is doubted if it is smaller, m: wrong ambiguities are of decimetres."""
 
@@ -47,11 +45,7 @@ def quality_factor(fixes: FixStream, keys: LogGnss | LogReference) -> Array:
     Without factors a fix counts as its own σ says, unless its code says that there is none.
     """
     if keys.quality_factors is None:
-        factors = np.ones(len(fixes))
-        for number, word in fixes.quality_words.items():
-            if fixes.quality is not None and word in _NO_FIX:
-                factors[fixes.quality == number] = np.nan
-        return factors
+        return np.where(fixes.has_fix, 1.0, np.nan)
     if fixes.quality is None:
         raise InputError(
             f"{keys.file} has no codes of quality, but quality_factors are given: describe the column of the codes "
@@ -74,7 +68,7 @@ def quality_words(fixes: FixStream, keys: LogGnss | LogReference) -> Iterator[st
         word = fixes.quality_words.get(code)
         what = f"{count} of quality {code}" + (f" ({word})" if word else "")
         if factors is None:
-            what += ", refused" if word in _NO_FIX else ""
+            what += ", refused" if word in NO_FIX else ""
         else:
             factor = factors.get(str(code))
             what += ", refused" if factor is None else f", σ times {factor:g}" if factor != 1.0 else ""

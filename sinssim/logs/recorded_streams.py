@@ -64,6 +64,10 @@ class InertialStream:
         return len(self.time)
 
 
+NO_FIX = ("no fix", "none")
+"""Words of formats for codes with which a receiver says that it has no position."""
+
+
 @dataclass(frozen=True)
 class FixStream:
     """Fixes of a satellite receiver, at its antenna. A missing number is NaN.
@@ -99,6 +103,12 @@ class FixStream:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    @property
+    def has_fix(self) -> NDArray[np.bool_]:
+        """Whether the receiver had a fix, by its code of quality, (M,)."""
+        without = [code for code, word in self.quality_words.items() if word in NO_FIX]
+        return np.ones(len(self), dtype=bool) if self.quality is None else ~np.isin(self.quality, without)
 
     def rows(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> FixStream:
         """Return some of the fixes, by their numbers or by a mask."""

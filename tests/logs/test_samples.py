@@ -72,6 +72,20 @@ def rows(*, separator, names="", before=""):
 NUMBERED = 'time = 1\n{}[gyro]\ncolumns = [2, 3, 4]\nunit = "rad"\n[accel]\ncolumns = [5, 6, 7]\nunit = "m/s"\n'
 
 
+def test_dates_need_no_unit(tmp_path):
+    """A second between two numbers may be a millisecond; between two dates it is a second."""
+    (tmp_path / "log.toml").write_text(NUMBERED.format(""))
+    dates, numbers = (
+        "".join(f"{first}{second}{last},0,0,0,0,0,0.1\n" for second in (7, 8, 9))
+        for first, last in (("2025-07-04 17:24:4", "+00:00"), ("", ""))
+    )
+    (tmp_path / "log.csv").write_text(dates)
+    assert np.diff(read_log(tmp_path / "log.csv", tmp_path / "log.toml").time).tolist() == [1.0, 1.0, 1.0]
+    (tmp_path / "log.csv").write_text(numbers)
+    with pytest.raises(InputError, match="the times in 1 are 1 apart, which in seconds is slow"):
+        read_log(tmp_path / "log.csv", tmp_path / "log.toml")
+
+
 @pytest.mark.parametrize(
     ("name", "text", "keys"),
     [

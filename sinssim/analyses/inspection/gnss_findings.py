@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import earth, rotation
-from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact, wrong
+from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact, time_text, wrong
 from sinssim.analyses.inspection.velocity_match import scatter
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import ELLIPSOIDS
@@ -31,11 +31,13 @@ def fix_findings(fixes: FixStream, delay: float) -> list[Finding]:
     Args:
         delay: age of the velocities at their stamps, s.
     """
+    whole = fixes
+    fixes = whole.rows(whole.has_fix) if whole.has_fix.any() else whole
     findings = _place(fixes)
-    if fixes.quality is not None:
-        codes, counts = np.unique(fixes.quality, return_counts=True)
+    if whole.quality is not None:
+        codes, counts = np.unique(whole.quality, return_counts=True)
         words = [
-            f"{fixes.quality_words.get(int(c), f'code {c}')} {100.0 * n / len(fixes):.3g} %"
+            f"{whole.quality_words.get(int(c), f'code {c}')} {100.0 * n / len(whole):.3g} %"
             for c, n in zip(codes, counts, strict=True)
         ]
         of_code = {int(c): int(n) for c, n in zip(codes, counts, strict=True)}
@@ -101,7 +103,7 @@ def _jumps(fixes: FixStream) -> Iterator[Finding]:
     if not len(jumps):
         return
     k = int(np.argmax(speed))
-    text = f"Between {time[k]:.6g} s and {time[k + 1]:.6g} s the position moves at {speed[k]:.4g} m/s."
+    text = f"Between {time_text(time[k])} and {time_text(time[k + 1])} the position moves at {speed[k]:.4g} m/s."
     fix, numbers = "One of the two fixes is wrong, or the times are.", dict[str, Any](time_s=float(time[k]))
     parts: list[tuple[int, int]] = []
     for first, last in zip(np.append(0, jumps + 1), np.append(jumps, len(time) - 1), strict=True):
@@ -114,8 +116,12 @@ def _jumps(fixes: FixStream) -> Iterator[Finding]:
             parts.append((first, last))
     if len(parts) > 1:
         begin, end = max(((float(time[a]), float(time[b])) for a, b in parts), key=lambda part: part[1] - part[0])
-        fix = f"Which fixes are wrong? The scenario uses the longest part without one, {begin:.6g} to {end:.6g} s."
+        fix = f"Which fixes are wrong? The scenario uses the longest part without one, {time_text(begin)} to {time_text(end)}."
         numbers["sound_s"] = begin, end
+    elif parts and parts[0][0] > 0:  # outliers, but navigation would start from them
+        begin = float(time[parts[0][0]])
+        fix = f"The first fixes are wrong: the scenario begins at {time_text(begin)}."
+        numbers["sound_s"] = begin, float(time[-1])
     yield doubt("fixes", text, fix, **numbers)
 
 
@@ -157,7 +163,7 @@ def _steps(fixes: FixStream, delay: float) -> list[Finding]:
         at, order = time[1:][short], np.argsort(size[beyond])[::-1][:_SHOWN_FIXES]
         codes = _doubtful_codes(fixes, good, short, beyond)
         of_codes = f" They are at fixes of quality {', '.join(map(str, codes))}." if codes else ""
-        named = ", ".join(f"{100.0 * size[k]:.3g} cm at {at[k]:.6g} s" for k in sorted(beyond[order]))
+        named = ", ".join(f"{100.0 * size[k]:.3g} cm at {time_text(at[k])}" for k in sorted(beyond[order]))
         findings.append(
             doubt(
                 "fixes",

@@ -201,7 +201,8 @@ def starts(inspection: Inspection, *, of_reference: bool = False) -> float:
         steps = np.diff(inspection.inertial.time)
         late = first > 0.0 or bool((steps == 0.0).any())  # even stamps begin a little before the first one
         return max(first, 0.0) + 2.0 * float(np.mean(steps)) if late else 0.0
-    return first if first > _LATEST_FIX_S else 0.0
+    # a start from the first fix needs no key, unless wrong ones come before it
+    return first if first > (_LATEST_FIX_S if inspection.sound is None else 0.0) else 0.0
 
 
 SHORTEST_STOP = LEAST_S + 1.0

@@ -45,6 +45,11 @@ class Finding:
         return f"{self.text} {self.fix}".rstrip()
 
 
+def time_text(time: float) -> str:
+    """Write an instant: six digits, or a tenth of a second of times that count from an epoch."""
+    return f"{time:.6g} s" if abs(time) < 1e6 else f"{time:.1f} s"
+
+
 def fact(subject: str, text: str, **numbers: Any) -> Finding:
     """Return a fact."""
     return Finding(subject, "fact", text, "", numbers)
@@ -213,7 +218,7 @@ def time_findings(subject: str, time: Array, unit: str = "samples") -> list[Find
     findings = [
         fact(
             subject,
-            f"{count} {unit} from {time[0]:.6g} s to {time[-1]:.6g} s ({time[-1] - time[0]:.6g} s), "
+            f"{count} {unit} from {time_text(time[0])} to {time_text(time[-1])} ({time[-1] - time[0]:.6g} s), "
             f"{1.0 / interval:.6g} a second; 98 % of the intervals last {1e3 * low:.4g} to {1e3 * high:.4g} ms.",
             count=count,
             start_s=float(time[0]),
@@ -227,7 +232,7 @@ def time_findings(subject: str, time: Array, unit: str = "samples") -> list[Find
     gaps = np.flatnonzero(steps > GAP * interval)
     if len(gaps):
         missing = float(np.sum(np.rint(steps[gaps] / interval) - 1.0))
-        where = ", ".join(f"{time[k]:.6g} s ({steps[k]:.3g} s)" for k in gaps[:_SHOWN_TIMES])
+        where = ", ".join(f"{time_text(time[k])} ({steps[k]:.3g} s)" for k in gaps[:_SHOWN_TIMES])
         more = f" and {len(gaps) - _SHOWN_TIMES} more" if len(gaps) > _SHOWN_TIMES else ""
         findings.append(
             doubt(

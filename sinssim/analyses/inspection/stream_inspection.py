@@ -31,7 +31,15 @@ from sinssim.analyses.inspection.quiet_spans import (
     scale_finding,
     vibration_finding,
 )
-from sinssim.analyses.inspection.stream_findings import Finding, channel_findings, doubt, fact, time_findings, wrong
+from sinssim.analyses.inspection.stream_findings import (
+    Finding,
+    channel_findings,
+    doubt,
+    fact,
+    time_findings,
+    time_text,
+    wrong,
+)
 from sinssim.analyses.inspection.unit_axes import Mounting, attitude_by_match, attitude_finding, mounting
 from sinssim.analyses.inspection.velocity_match import Pushed, Seen, pushed, seen
 from sinssim.data import Array
@@ -144,9 +152,9 @@ def inspect_streams(files: Sequence[Streams], described: Described | None = None
         of_fixes = fix_findings(result.fixes, result.velocity_delay or 0.0)
         result.findings += of_fixes
         result.sound = next((f.numbers["sound_s"] for f in of_fixes if "sound_s" in f.numbers), None)
-        if result.sound is not None:
-            begin, end = result.sound
-            result.fixes = result.fixes.rows((result.fixes.time >= begin) & (result.fixes.time <= end))
+        begin, end = result.sound or (-np.inf, np.inf)
+        used = result.fixes.has_fix & (result.fixes.time >= begin) & (result.fixes.time <= end)
+        result.fixes = result.fixes.rows(used) if used.any() else result.fixes
     if not inertial:
         return result
     result.inertial = inertial[0][2]
@@ -317,7 +325,9 @@ def _apart(time: Array, fixes: Seen, stated: float | None) -> Finding:
         return doubt("clocks", text, "Which was the time of the first row? Give it as first_row.")
     begin, end = float(fixes.time[0] + stated), float(fixes.time[-1] + stated)
     common = min(float(time[-1]), end) - max(float(time[0]), begin)
-    spans = f"{time[0]:.6g} to {time[-1]:.6g} s and {begin:.6g} to {end:.6g} s on the unit's clock"
+    spans = (
+        f"{time_text(time[0])} to {time_text(time[-1])} and {time_text(begin)} to {time_text(end)} on the unit's clock"
+    )
     if common <= 0.0:
         text = f"Unit and receiver do not overlap: {spans}."
         return doubt("clocks", text, "Give the offset of the clocks, and see that the files are of the same day.")

@@ -11,13 +11,13 @@ import numpy as np
 
 from sinssim.analyses.inspection.inertial_columns import relative
 from sinssim.analyses.inspection.log_corrections import SHORTEST_STOP, bridges, clock_keys, first_stop, since, starts
-from sinssim.analyses.inspection.quiet_spans import IMPOSSIBLE
+from sinssim.analyses.inspection.quiet_spans import IMPOSSIBLE, AtRest
 from sinssim.analyses.inspection.stream_inspection import Inspection
 from sinssim.analyses.inspection.velocity_match import Seen, seen
 from sinssim.logs.recorded_streams import Clock
 from sinssim.sensors.aiding.gnss import WORST, first_course
 from sinssim.sensors.imu.grades import GRADE_TABLE
-from sinssim.units import DEG, DEG_H, DEG_SQRT_H, G0
+from sinssim.units import DEG_H, DEG_SQRT_H, G0
 
 _BRIDGED = 0.1
 """Gap that is bridged without a key, s: the default of max_gap_s."""
@@ -257,12 +257,17 @@ def _imu(inspection: Inspection) -> Iterator[str]:
         yield f'grade = "{_grade(gyro)}"  # which is it? nearest in noise, with motion in it: {why}'
         yield f"gyro_arw_deg_sqrt_h = {gyro / DEG_SQRT_H:.3g}  # what changes from sample to sample in motion"
         yield f"accel_vrw_ug_sqrt_hz = {accel / (1e-6 * G0):.4g}  # the same"
+        of_grade = GRADE_TABLE[_grade(gyro)]
         if inspection.bias is not None:
-            of_grade, biases = GRADE_TABLE[_grade(gyro)], np.abs(inspection.bias)
-            gyro_bias = max(of_grade.gyro.bias, float(biases[:3].max()))
-            accel_bias = max(of_grade.accel.bias, float(biases[3:].max()))
-            yield f"gyro_bias_sigma_deg_h = {gyro_bias / DEG_H:.3g}  # size of the biases by the match with the fixes"
-            yield f"accel_bias_sigma_ug = {accel_bias / (1e-6 * G0):.4g}  # the same"
+            biases = np.abs(inspection.bias)
+            shown, source = (float(biases[:3].max()), float(biases[3:].max())), "biases by the match with the fixes"
+        elif quiet is not None:
+            shown, source = _bias_at_rest(inspection, quiet), "measurements at rest"
+        else:
+            return
+        gyro_bias, accel_bias = max(of_grade.gyro.bias, shown[0]), max(of_grade.accel.bias, shown[1])
+        yield f"gyro_bias_sigma_deg_h = {gyro_bias / DEG_H:.3g}  # size of the {source}"
+        yield f"accel_bias_sigma_ug = {accel_bias / (1e-6 * G0):.4g}  # the same"
         return
     grade = _grade(float(np.min(quiet.gyro_density)))
     yield f'grade = "{grade}"  # nearest in noise; the lines below replace its own'
@@ -272,14 +277,20 @@ def _imu(inspection: Inspection) -> Iterator[str]:
     gyro, accel = (float(np.min(d) if shaken else np.max(d)) for d in (quiet.gyro_density, quiet.accel_density))
     yield f"gyro_arw_deg_sqrt_h = {gyro / DEG_SQRT_H:.3g}  # of the {which} axis in quiet spans"
     yield f"accel_vrw_ug_sqrt_hz = {accel / (1e-6 * G0):.4g}  # of the {which} axis in quiet spans"
-    bias = float(np.max(np.maximum(np.abs(quiet.rate), quiet.hidden[0]))) / DEG * 3600.0
-    yield f"gyro_bias_sigma_deg_h = {max(bias, 0.01):.3g}  # size of the measurements at rest"
-    size = abs(float(np.linalg.norm(quiet.specific_force)) - _gravity(inspection)) / (1e-6 * G0)
+    gyro_bias, accel_bias = _bias_at_rest(inspection, quiet)
+    yield f"gyro_bias_sigma_deg_h = {max(gyro_bias / DEG_H, 0.01):.3g}  # size of the measurements at rest"
+    size = accel_bias / (1e-6 * G0)
     yield f"accel_bias_sigma_ug = {max(size, 100.0):.4g}  # as large as the departure from gravity at rest"
     floor = GRADE_TABLE[grade].gyro.instability
     if floor:
         yield "gyro_instability_deg_h = 0.0  # the grade's in-run stability is a floor of the Allan deviation:"
         yield f"gyro_flicker_deg_h = {floor / DEG_H:.4g}  # flicker, which makes the bias wander within minutes"
+
+
+def _bias_at_rest(inspection: Inspection, quiet: AtRest) -> tuple[float, float]:
+    """Return the largest reading of the gyros at rest, rad/s, and the departure of the specific force, m/s²."""
+    force = float(np.linalg.norm(quiet.specific_force))
+    return float(np.max(np.maximum(np.abs(quiet.rate), quiet.hidden[0]))), abs(force - _gravity(inspection))
 
 
 def _vibrates(inspection: Inspection) -> bool:
@@ -345,12 +356,9 @@ def _sigmas(inspection: Inspection) -> Iterator[str]:
 
 def _quality(inspection: Inspection) -> Iterator[str]:
     """Yield the codes of quality that are used, if steps of the position contradict what others claim."""
-    codes: list[int] = []
-    doubtful: list[int] = []
-    for finding in inspection.findings:
-        codes += finding.numbers.get("codes", ())
-        doubtful += finding.numbers.get("doubtful_codes", ())
-    if doubtful:
+    doubtful = [code for finding in inspection.findings for code in finding.numbers.get("doubtful_codes", ())]
+    if doubtful and inspection.fixes is not None and inspection.fixes.quality is not None:
+        codes = np.unique(inspection.fixes.quality)
         used = ", ".join(f'"{code}" = 1.0' for code in codes if code not in doubtful)
         yield f"quality_factors = {{ {used} }}  # steps of the position contradict the σ of the other codes"
 

@@ -207,6 +207,12 @@ def test_noise_without_rest_is_that_of_motion() -> None:
     ]
     (first, *_) = _imu(_found(fast=fast, residual=None))
     assert first.endswith("with motion in it: nothing shows how much of the shaking is an error")
+    # what the unit reads at rest is known all the same: 0.02 rad/s, and 10 − 9.83/1.002 m/s²
+    turned = _quiet(rate=np.array([0.0, -0.02, 0.0]), specific_force=np.array([2.0, -6.0, 9.0]) * 10.0 / 11.0)
+    assert _imu(_found(fast=fast, residual=None, quiet=turned))[3:] == [
+        "gyro_bias_sigma_deg_h = 4.13e+03  # size of the measurements at rest",
+        "accel_bias_sigma_ug = 1.934e+04  # the same",
+    ]
     nearest = 'grade = "mems-industrial"  # which is it? give the nearest of `sinssim list grades`'
     assert _imu(_found(quiet=None)) == [nearest]
 
@@ -236,6 +242,12 @@ def test_sigmas_are_those_of_the_kind_of_receiver(words: dict[int, str], step: f
     given = replace(fixes, position_sigma=np.ones((41, 3)), velocity_sigma=np.ones((41, 3)))
     assert _of_gnss(_found(fixes=given, findings=[])) == []
     assert _of_gnss(_found(fixes=replace(fixes, velocity_ned=None), findings=[]))[1:] == []
+
+
+def test_the_run_begins_after_wrong_first_fixes() -> None:
+    """A first fix at 95 + 5.5 − 100 s is early enough for a start, unless wrong fixes come before it."""
+    assert "from_s" not in _told(_found(offset=5.5))
+    assert "from_s = 0.500  # first fix" in _told(_found(offset=5.5, sound=(95.0, 115.0)))
 
 
 def test_clocks_without_a_common_origin() -> None:

@@ -182,17 +182,37 @@ def test_the_delay_of_velocities(value: float, sigma: float, described: float, g
 
 
 def test_a_receiver_that_is_wrong_for_some_time() -> None:
-    """4 km off for 5 s, and back: the longest part without a jump is used; three wrong fixes are left to the gate."""
+    """4 km off for 5 s, and back: the longest part without a jump is used.
+
+    Three wrong fixes are left to the gate, but not at the beginning, where the navigation would start from them.
+    """
     good = _fixes(velocity_ned=None, position_sigma=None)
-    for wrong_fixes, sound in ((10, (35.0, 49.5)), (3, None)):
+    for wrong_fixes, begin, said in (
+        (10, 35.0, "the longest part without one, 35 s to 49.5 s."),
+        (3, 31.5, "The first fixes are wrong: the scenario begins at 31.5 s."),
+    ):
         height = np.where(np.arange(_COUNT) < wrong_fixes, 4250.0, 250.0)
         (jump,) = (f for f in fix_findings(replace(good, height=height), 0.0) if "time_s" in f.numbers)
-        assert jump.numbers == {"time_s": 29.5 + 0.5 * wrong_fixes, **({} if sound is None else {"sound_s": sound})}
-        assert ("the longest part without one, 35 to 49.5 s" in jump.fix) is (sound is not None)
+        assert jump.numbers == {"time_s": 29.5 + 0.5 * wrong_fixes, "sound_s": (begin, 49.5)}
+        assert jump.fix.endswith(said)
     height = np.full(_COUNT, 250.0)
     height[20:22] = 4250.0  # two outliers in the middle: what comes before and after fits together
     (jump,) = (f for f in fix_findings(replace(good, height=height), 0.0) if "time_s" in f.numbers)
     assert "sound_s" not in jump.numbers
+
+
+def test_rows_without_a_fix_count_only_as_such() -> None:
+    """Ten rows of zeros before the first fix are no place and no jump."""
+    before = np.arange(_COUNT) < 10
+    good = _fixes(velocity_ned=None, position_sigma=None, quality_words={0: "no fix", 1: "3D"})
+    rows = replace(
+        good, quality=np.where(before, 0, 1), latitude=np.where(before, 0.0, good.latitude),
+        longitude=np.where(before, 0.0, good.longitude), height=np.where(before, 0.0, good.height),
+    )  # fmt: skip
+    place, quality, *others = fix_findings(rows, 0.0)
+    assert place == fix_findings(good.rows(~before), 0.0)[0]
+    assert quality.text == "Quality: no fix 25 %, 3D 75 %."
+    assert not any("time_s" in f.numbers for f in others)
 
 
 def test_stated_sigmas_that_are_far_too_small() -> None:

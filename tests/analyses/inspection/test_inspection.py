@@ -156,6 +156,26 @@ def test_times_that_repeat_or_go_back() -> None:
     assert "the preceding one, first in row 7001" in _said(_inspect(replace(unit, time=time), None), "imu", "doubt")
 
 
+def test_the_run_begins_at_the_first_row_with_a_fix() -> None:
+    """The receiver has its first fix at 9 s; its rows before show the place of its last switching off."""
+    whole = worlds.fixes()
+    waits = whole.time < 9.0
+    seen = replace(
+        whole, quality=np.where(waits, 0, 3), quality_words={0: "no fix", 3: "3D"},
+        latitude=np.where(waits, whole.latitude - 1e-5, whole.latitude),
+    )  # fmt: skip
+    result = _inspect(worlds.readings(), seen)
+    assert result.usable
+    text = suggested_scenario(result, (Path("imu.csv"), {}, GPS), (Path("gnss.pos"), {}, GPS), Path())
+    assert tomllib.loads(text)["log"]["from_s"] == pytest.approx(9.0, abs=0.05)
+
+
+def test_instants_of_an_epoch_long_ago_are_told_to_a_tenth_of_a_second() -> None:
+    unit = worlds.readings()
+    text = _said(_inspect(replace(unit, time=unit.time + 1_710_770_000.0), None), "imu", "fact")
+    assert "15000 samples from 1710770000.0 s to 1710770150.0 s (149.99 s), 100 a second" in text
+
+
 @pytest.mark.parametrize("away", [1e9, 1e12])
 def test_a_wrong_stamp_years_away(away: float) -> None:
     """The last sample and the last fix have the time of a clock that was not set: there are no windows until then."""
