@@ -314,7 +314,7 @@ def draw(rows: list[dict[str, Any]], sensors: dict[str, float]) -> Figure:
     names = dict.fromkeys(r["variable"] for r in rows)
     panels = zip(figure.subplots(1, 2, sharey=True), ("position_m", "cut_position_m"), strict=True)
     for axes, key in panels:
-        for name, color, marker in zip(names, style.colors([f"{n} words" for n in names]), "osD^vP", strict=True):
+        for name, color, marker in zip(names, style.colors([f"{n} words" for n in names]), "osD^vP", strict=False):
             own = [r for r in rows if r["variable"] == name]
             fine = np.linspace(own[0]["bits"], own[-1]["bits"], 50)
             lines = [grown(name, lsb_of(name, 0, f) * 2.0**-n, f, time, key[:3] == "cut") for n in fine]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any, get_type_hints
 
 import numpy as np
@@ -11,10 +11,12 @@ import pytest
 from sinssim import navigate
 from sinssim.errors import InputError
 from sinssim.experiments.ensembles.batch_navigation import navigate_batch
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.strapdown.mechanization import Mechanization, Options
 from sinssim.strapdown.navigate import Segments
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
+from tests.experiments.ensembles.test_navigate_batch import drawn
 from tests.slow import slow
 
 FLIGHT = GreatCircle(0.7, 0.2, 4000.0, 0.6, 120.0, 20.0)
@@ -79,9 +81,16 @@ def test_the_engines_take_the_options_and_the_mechanization_alike(options: Any) 
         np.testing.assert_allclose(
             engine.navigate(0, 1000, start, samples).latitude, alone.latitude, rtol=0, atol=1e-14
         )
-    for given in ({"mechanization": of}, options):
-        many = navigate_batch(imu, start, [ImuErrors()], [1], [1000], **given)
-        np.testing.assert_allclose(many.latitude[0], alone.latitude[1000:], rtol=0, atol=1e-14)
+    # with these errors and this channel, a batch has the kernel of its own tests
+    loop, height, errors = (
+        {"vertical": "baro-loop"},
+        np.full(len(imu.time), 4000.0),
+        drawn("laser-standard in full", [1]),
+    )
+    single = navigate(emulate(imu, errors[0], 1, rounded=True), start, replace(of, **loop), height=height)
+    for given in ({"mechanization": replace(of, **loop)}, {**options, **loop}):
+        many = navigate_batch(imu, start, errors, [1], [1000], height=height, **given)
+        np.testing.assert_allclose(many.latitude[0], single.latitude[1000:], rtol=0, atol=1e-14)
     assert abs(alone.latitude[-1] - navigate(imu, start).latitude[-1]) > 1e-10  # the options have an effect
 
 

@@ -15,6 +15,7 @@ from sinssim.frames import FRAME_REGISTRY, FRAMES
 from sinssim.strapdown.navigate import Segments, navigate
 from sinssim.strapdown.navigation_error import navigation_error
 from tests.oracles.s_turn import STurn
+from tests.slow import slow
 
 FLIGHT = STurn(duration=60.0, period=7.0)
 
@@ -80,8 +81,14 @@ def test_the_schedule_of_rates_is_kept(frame: str) -> None:
     assert Segments(imu, frame=frame, rates_hz=(20.0, 10.0, 2.0)).time[1] == pytest.approx(0.5)
 
 
-@pytest.mark.parametrize("curvature", ["simplified", "spherical", "no-height"])
-@pytest.mark.parametrize("frame", ["level", "wander"])
+@pytest.mark.parametrize(
+    ("frame", "curvature"),
+    [
+        *((frame, curvature) for frame in ("level", "wander") for curvature in ("simplified", "spherical-no-height")),
+        # each of these has a kernel that no other test of the normal run compiles
+        *slow(*((frame, curvature) for frame in ("level", "wander") for curvature in ("spherical", "no-height"))),
+    ],
+)
 def test_the_radii_are_those_asked_for(frame: str, curvature: str) -> None:
     imu, state = flown()
     assert max(cut(imu, state, frame=frame, curvature=curvature, ellipsoid="krasovsky-1940")) < 2e-7

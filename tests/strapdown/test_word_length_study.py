@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from sinssim.rotation.quaternions import multiply_k
+from tests.slow import slow
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
@@ -50,7 +51,17 @@ def check(tables: dict[str, list[dict[str, str]]]) -> None:
         assert float(row["drift_deg_h"]) < 1.0
 
 
-def test_quick_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+# six kernels, each of which takes seconds to compile, two of them for an algorithm
+@pytest.mark.parametrize("algorithms", [("quaternion",), *slow((("quaternion", "poisson", "euler"),))])
+def test_quick_study(
+    algorithms: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.syspath_prepend(str(SCENARIOS))
+    from support import word_errors
+
+    for name in word_errors.ALGORITHMS.keys() - algorithms:
+        monkeypatch.delitem(word_errors.ALGORITHMS, name)
+        monkeypatch.delitem(word_errors.FACTORS, name)
     # drawing takes a third of the time
     monkeypatch.setattr("sinssim.recording.figures.save", lambda figure, path: None)
     tables = study(tmp_path, monkeypatch, "--quick")

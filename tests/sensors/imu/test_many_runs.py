@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,7 @@ from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.size_effect import what_is_felt
 from sinssim.statistics.random_numbers import key
 from tests.sensors.imu.test_error_terms import lively
+from tests.slow import slow
 
 MIX = np.uint64(0x9E3779B97F4A7C15)
 
@@ -92,14 +95,17 @@ def _packed(runs: list[ImuErrors], ideal: ImuData, seeds: list[int]) -> tuple[Ar
     return *arguments, keys[0], keys[1], packed.faults
 
 
+# the compiler takes ten seconds to inline everything into one kernel
+@pytest.mark.parametrize("every_run", [run_all.py_func, *slow(run_all)], ids=["called", "inlined"])
 @pytest.mark.parametrize("name", SECTIONS)
-def test_an_ensemble_is_its_runs_bit_for_bit(name: str) -> None:
+def test_an_ensemble_is_its_runs_bit_for_bit(name: str, every_run: Callable[..., tuple[Array, Array]]) -> None:
     section, seeds = SECTIONS[name], [0, 1, 2, 7, 1 << 40]
     ideal = lively(500)
     runs = [draw(section, seed) for seed in seeds]
     felt = what_is_felt(ideal, runs[0])  # once for all runs
     arguments = _packed(runs, felt, seeds)
-    mixed, flagged = run_all(*arguments)
+    with np.errstate(over="ignore"):  # the product of two words of 64 bits is cut off
+        mixed, flagged = every_run(*arguments)
     singly = [emulate(ideal, section, seed) for seed in seeds]
     assert [int(number) for number in mixed] == [mixed_bits(measured) for measured in singly]
     assert len(set(mixed.tolist())) == len(seeds)

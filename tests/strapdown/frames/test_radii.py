@@ -8,8 +8,11 @@ from scipy.integrate import solve_ivp
 
 from sinssim import NavState, navigate
 from sinssim.data import ImuData
+from sinssim.earth.ellipsoids import WGS84
+from sinssim.earth.gravity import parameters
 from sinssim.frames import CURVATURES
-from sinssim.strapdown.frames.navigation_problem import FORMS
+from sinssim.jit import rebound
+from sinssim.strapdown.frames.navigation_problem import FORMS, distances_k
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 from tests.oracles.s_turn import STurn
 from tests.slow import slow
@@ -53,6 +56,20 @@ def northward(request):
 
 
 @pytest.mark.parametrize("form", FORMS)
+def test_the_distances_of_a_form(form):
+    """Uncompiled, R₁+h and R₂+h: the second is the radius of the parallel over the cosine of the latitude."""
+    distances = rebound(distances_k.py_func, f"distances_{form}", **FORMS[form])
+    for latitude, height in ((-1.2, 0.0), (0.3, 11e3)):
+        parallel = A / np.hypot(np.cos(latitude), (1 - F) * np.sin(latitude))  # b/a = 1 − f
+        of_form = A if form.startswith("spherical") else parallel
+        r1_h, r2_h, r1, r2 = distances(parameters(WGS84), np.sin(latitude), height)
+        assert r1_h * meridian(form, latitude, height) == pytest.approx(1.0, abs=1e-14)
+        assert r2_h == pytest.approx(of_form + (0.0 if form.endswith("no-height") else height), rel=1e-14)
+        assert (r1 * meridian("exact", latitude, 0.0), r2 / parallel) == pytest.approx((1.0, 1.0), abs=1e-14)
+
+
+# "spherical-no-height" has both changes; each form has an engine of its own, which takes seconds to compile
+@pytest.mark.parametrize("form", ["spherical-no-height", *slow("spherical", "no-height")])
 def test_a_flight_to_the_north(northward, form):
     """The Earth's rotation, left out here, turns the oscillation's plane like that of Foucault's pendulum.
 
