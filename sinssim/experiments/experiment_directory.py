@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Self
 
 from sinssim.errors import InputError, shortened
+from sinssim.formatting import capital
 from sinssim.recording.result import versions
 from sinssim.system.outputs import (
     IN_USE,
@@ -191,7 +192,9 @@ class Store(ABC):
         try:
             write()
             stop.add_note(f"Their report is {self.path / 'report.html'}.")
-        except Exception as error:  # for example on a full disk: the finished parts are safe
+        except InputError as error:  # for example on a full disk: the finished parts are safe
+            stop.add_note(capital(str(error)))  # which says what could not be written
+        except Exception as error:
             stop.add_note(f"Their report could not be written: {error}")
 
     def __enter__(self) -> Self:

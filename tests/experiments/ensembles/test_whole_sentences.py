@@ -105,6 +105,16 @@ def test_an_ensemble_that_stops_says_what_there_is(monkeypatch: pytest.MonkeyPat
     ensemble_run._leave(counted(tmp_path, range(4)), looks, how(), stop)
     assert stop.__notes__[1] == "Their report could not be written: no space"
 
+    def kept(folder: Any, *_: Any) -> None:
+        with folder.writing("the report of the ensemble could not be written to"):
+            full()
+
+    monkeypatch.setattr(ensemble_run, "_write", kept)
+    stop = RunError("It fell.")
+    ensemble_run._leave(counted(tmp_path, range(4)), looks, how(), stop)
+    said = f"The report of the ensemble could not be written to {tmp_path}: no space (234 MB are free)."
+    assert stop.__notes__[1] == said  # once
+
 
 def test_runs_that_are_there_already(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Of twelve wanted runs, five are computed; the directory's further files count as well."""
