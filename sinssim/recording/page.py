@@ -42,8 +42,9 @@ td.text ul { margin: .2rem 0; padding-left: 1.1rem; }
 code { font-family: ui-monospace, "Liberation Mono", monospace; font-size: .92em; overflow-wrap: anywhere; }
 .pair { display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 1.2rem 1.4rem; align-items: start; }
 .pair > div > table:first-child, .pair .wide:first-child table { margin-top: 0; }
-.pair > div td.text { min-width: 9rem; }
-@media screen and (max-width: 820px) { .pair { grid-template-columns: minmax(0, 1fr); } }
+.pair > div td.text { min-width: 9rem; } .pair td, .pair th { white-space: normal; padding: .18rem .4rem; }
+@media screen and (max-width: 900px) { .pair { grid-template-columns: minmax(0, 1fr); }
+  .pair svg[role] { width: 100%; max-width: 44rem; } }
 .broken { border-left: 5px solid #b03a00; padding: .4rem 1rem; max-width: none; background: var(--head); }
 th.group { text-align: center; } .first { border-left: 1px solid var(--line); }
 .wide { overflow-x: auto; } svg { max-width: 100%; height: auto; display: block; }

@@ -21,7 +21,8 @@ STYLE = (
 .charts { display: grid; grid-template-columns: minmax(0, 1fr); gap: .8rem; margin: .6rem 0 1.2rem; }
 .charts h4 { margin: .4rem 0 0; } .row { display: flex; gap: 1.2rem; align-items: flex-start; }
 .row > svg { flex: 0 1 auto; min-width: 0; }
-@media screen and (max-width: 860px) { .row { flex-direction: column; } .row > svg { width: 100%; max-width: 44rem; } }
+@media screen and (max-width: 1000px) { .many { flex-wrap: wrap; } .many > svg { width: calc(50% - .6rem); } }
+@media screen and (max-width: 860px) { .two { flex-direction: column; } .two > svg { width: 100%; max-width: 44rem; } }
 """
     # lines in the colours of words are those of a dark page, too
     + f'svg [stroke="{style.INK}"] {{ stroke: var(--ink); }} svg [stroke="{style.SOFT}"] {{ stroke: var(--soft); }}\n'
@@ -62,7 +63,9 @@ def html_of(charts: Charts) -> str:
             hidden = again[column] or (column > 0 and "y" in charts.share)
             frame = _Frame(margin, aside, span, reach, names=not hidden)
             drawn.append(svg_of(chart, width, height, frame, legend=charts.legend == "each"))
-        body.append(drawn[0] if len(drawn) == 1 else f'<div class="row">{"".join(drawn)}</div>')
+        apart = not any(again) and "y" not in charts.share  # charts that share names stay beside each other
+        kind = "row" if not apart else "row two" if columns == 2 else "row many"
+        body.append(drawn[0] if len(drawn) == 1 else f'<div class="{kind}">{"".join(drawn)}</div>')
     note = f'<p class="note">{words(charts.note)}</p>' if charts.note else ""
     return f'<div class="charts">{"".join(body)}</div>{note}'
 

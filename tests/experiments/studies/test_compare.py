@@ -243,7 +243,7 @@ def test_report_stands_alone(written):
     assert "rates &lt;&amp;&gt;" in page
     links = re.findall(r'(?:src|href)="([^"]*)"', page)
     assert all(link.startswith("#") for link in links)
-    charts = re.sub(r'<div class="row">(.*?)</div>', r"\1", page, flags=re.DOTALL)  # side by side
+    charts = re.sub(r'<div class="row[^"]*">(.*?)</div>', r"\1", page, flags=re.DOTALL)  # side by side
     figures = re.findall(r'<div class="charts">.*?</div>', charts, re.DOTALL)
     assert len(figures) == 7  # rate, cost, orders, defect; bars, growth; cost of a step
     for figure in figures:

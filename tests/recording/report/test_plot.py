@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.charts import Axis, Chart, Dots, Line, Rule, over
+from sinssim.charts import Axis, Chart, Charts, Dots, Line, Rule, over
 from sinssim.recording import page, svg, svg_chart
 from sinssim.recording.style import envelope, tick_label, ticks
 from sinssim.recording.svg import _pieces
-from sinssim.recording.svg_chart import svg_of
+from sinssim.recording.svg_chart import html_of, svg_of
 from sinssim.units import DEG, fixed, suiting
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -279,6 +279,18 @@ def test_a_table() -> None:
     whole = page.page("a < b", ["one", "two"], "own {}")
     assert "<title>a &lt; b</title>" in whole
     assert whole.endswith("own {}</style></head>\n<body>\none\ntwo\n</body></html>\n")
+
+
+def test_charts_that_share_names_stay_beside_each_other_on_a_narrow_page() -> None:
+    """Two may stand below each other, three in rows of two; the second of two with common names has none itself."""
+    x = np.array([0.0, 1.0])
+
+    def kind(count: int, share: Any = "", **axis: Any) -> str:
+        row = tuple(Chart(key=f"{k}", y=Axis(**axis), marks=(line(x, x),)) for k in range(count))
+        return re.findall('<div class="(row[^"]*)"', html_of(Charts("k", (row,), (8.0, 2.0), share=share)))[0]
+
+    assert [kind(2), kind(3), kind(2, "x")] == ["row two", "row many", "row two"]
+    assert [kind(2, names=("a", "b")), kind(3, "y")] == ["row", "row"]
 
 
 def test_a_drawing_to_the_pixel() -> None:
