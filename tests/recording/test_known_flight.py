@@ -119,7 +119,7 @@ def test_the_errors(recording: dict[str, tuple[Array, Array]]) -> None:
 
 def test_the_bands(recording: dict[str, tuple[Array, Array]]) -> None:
     """The published 2.5 % and 97.5 % points of χ² with 60 degrees of freedom, 40.482 and 83.298, by 60; 3σ."""
-    _, band = recording["/filter/squares"]
+    _, band = recording["/filter/squares/0"]
     np.testing.assert_allclose(band, np.broadcast_to([83.298 / 60.0, 40.482 / 60.0], band.shape), atol=2e-5)
     band = next(values for name, (_, values) in recording.items() if re.fullmatch("/filter/innovations/[^/]+", name))
     np.testing.assert_allclose(np.abs(band), 3.0)

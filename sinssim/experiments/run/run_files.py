@@ -111,7 +111,7 @@ class RunWriter:
         """Open the recording, and start with the motion that it shows at (N+1,) s, which may be that of a solution."""
         self._streams = folder / "streams"
         self._streams.mkdir()
-        self._events, self._time = list(events), time
+        self._events, self._planned, self._time = list(events), tuple(events), time
         self._track, self._recorded = some_rows(motion), scenario.log is not None
         self._scene, kind = Scene.around(motion, ellipsoid), kind_of(scenario)
         self._run = RunInfo(
@@ -139,6 +139,7 @@ class RunWriter:
             toml = f"```toml\n{scenario.to_toml()}\n```"
             self._draw(lambda: self._recording.document("about/scenario", toml))
             self._draw(lambda: pictures.draw_flight(self._recording, time, motion, self._scene, events, kind))
+            self._draw(lambda: self._recording.events(self._planned))  # early: a browser shows what it has loaded
             self._angles = scenario.output.angles
             navigation_ellipsoid = ellipsoid_by_name(scenario.navigation.ellipsoid_over(ellipsoid.name))
             self._coordinates = coordinate_streams(scenario, navigation_ellipsoid, motion, float(time[0]))
@@ -326,7 +327,7 @@ class RunWriter:
             self._learn({part.name: "yes"})
 
     def _draw_events(self) -> None:
-        self._recording.events(self._events)
+        self._recording.events([event for event in self._events if event not in self._planned])
         if self._events and self._run.label("events") == "no":
             self._learn({"events": "yes"})
 

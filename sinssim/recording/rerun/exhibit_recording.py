@@ -97,7 +97,8 @@ def record_chart(recording: Recording, entity: str, chart: Chart, start: float) 
     """Record the lines and dots of a chart over time, its horizontal rules and the limits of requirements.
 
     Args:
-        entity: path of its entity; lines at other instants than the first are below it.
+        entity: path of its entity. Lines at different instants are below it in their order, which is that of drawing;
+            the viewer draws an entity after those below it.
         start: added to its times, s.
     """
     size = chart.unit(True)[1]
@@ -117,7 +118,7 @@ def record_chart(recording: Recording, entity: str, chart: Chart, start: float) 
         if chart.y.log:  # the viewer has no logarithmic axis
             values = np.log10(np.where(values > 0.0, values, np.nan))
         recording.series(
-            f"{entity}/{number}" if number else entity, start + time,
+            f"{entity}/{number}" if len(groups) > 1 else entity, start + time,
             np.where(np.isfinite(values), values, np.nan), [line.label for line, *_ in group],
             colors=[paint for _, paint, _ in group], widths=[width for *_, width in group],
         )  # fmt: skip

@@ -168,7 +168,7 @@ def test_bands_are_three_sigma_around_zero_with_the_error_in_the_same_unit(recor
         size = sizes[info.label(f"filter/{entity}")]
         rows = {}
         for chunk in RrdReader(result.directory / "recording.rrd").stream():
-            if chunk.entity_path == f"/filter/{entity}" and "Scalars:scalars" in chunk.to_record_batch().schema.names:
+            if chunk.entity_path == f"/filter/{entity}/0" and "Scalars:scalars" in chunk.to_record_batch().schema.names:
                 batch = chunk.to_record_batch()
                 values = batch.column("Scalars:scalars").flatten().to_numpy().reshape(-1, 3)
                 rows = values

@@ -146,13 +146,13 @@ def test_errors_of_the_solutions() -> None:
     }  # fmt: skip
     for key, (values, factor) in expected.items():
         first = np.asarray(values)[:, None]
-        drawn.shows(f"navigation/{key}", ["poisson"], TIME, first)
+        drawn.shows(f"navigation/{key}/0", ["poisson"], TIME, first)
         drawn.shows(f"navigation/{key}/1", ["euler"], TIME[rows], factor * first[rows])
-    drawn.shows("navigation/horizontal", ["1 nmi/h"], [10.0, 70.0], [[0.0], [1852.0 / 60.0]], [(140, 140, 140)])
+    drawn.shows("navigation/horizontal/0", ["1 nmi/h"], [10.0, 70.0], [[0.0], [1852.0 / 60.0]], [(140, 140, 140)])
     drawn.shows("navigation/horizontal/1", ["poisson"], TIME, [[5.0], [100.0], [1300.0], [17.0]])
     apart = np.linalg.norm(place[rows], axis=1)[:, None]
     drawn.shows("navigation/apart", ["euler"], TIME[rows], apart)
-    wide, thin = (drawn.lines[f"navigation/height{end}"][4][0] for end in ("", "/1"))
+    wide, thin = (drawn.lines[f"navigation/height{end}"][4][0] for end in ("/0", "/1"))
     assert wide > thin
     small: Any = SimpleNamespace(
         time=TIME, axes="north", errors={"poisson": NavError(TIME, 1e-6 * place, speed, tilt * arcsec)}
