@@ -116,7 +116,8 @@ def _jumps(fixes: FixStream) -> Iterator[Finding]:
             parts.append((first, last))
     if len(parts) > 1:
         begin, end = max(((float(time[a]), float(time[b])) for a, b in parts), key=lambda part: part[1] - part[0])
-        fix = f"Which fixes are wrong? The scenario uses the longest part without one, {time_text(begin)} to {time_text(end)}."
+        part = f"{time_text(begin)} to {time_text(end)}"
+        fix = f"Which fixes are wrong? The scenario uses the longest part without one, {part}."
         numbers["sound_s"] = begin, end
     elif parts and parts[0][0] > 0:  # outliers, but navigation would start from them
         begin = float(time[parts[0][0]])

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 
 OUTAGE_S, EVERY_S = 5.0, 20.0
 """Length and period of the outages, s: for as long, the inertial data of a phone are better than a straight line."""
-_LONGEST_S = 600.0
-"""Longest part of a log that is tried, s; the filter takes about 1 s for a minute of it."""
-_ENOUGH, _PASSES = 20, 4
+_LONGEST_S = 420.0
+"""Longest part of a log that is tried, s: 20 outages; the filter takes about 1 s for a minute of it."""
+_ENOUGH, _PASSES = 15, 4
 """Number of outages from which one pass of the filter suffices, and most passes, which withhold different fixes."""
 _REFUSED = 0.1
 """Share of refused positions from which the filter does not follow the fixes."""

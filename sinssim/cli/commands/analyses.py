@@ -273,6 +273,14 @@ def inspect(
             "detection of stops.",
         ),
     ] = "any",
+    trial: Annotated[
+        bool,
+        typer.Option(
+            "--trial/--no-trial",
+            help="Whether the suggested scenario is run without the fixes of short outages, and follows what they "
+            "show. This takes 1 to 20 s.",
+        ),
+    ] = True,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -303,7 +311,7 @@ def inspect(
             raise InputError(f"--out {out}: there is such a file already. Choose another name, or add --overwrite.")
     place = Path() if out is None else out.parent
     with shown(has_bars(quiet or as_json)) as progress:
-        result = inspect(files, place, land=vehicle == "land", trial=True, progress=progress)
+        result = inspect(files, place, land=vehicle == "land", trial=trial, progress=progress)
     if out is not None and result.scenario is not None:  # before printing, which may end early
         write_text(out, result.scenario)
     if as_json:

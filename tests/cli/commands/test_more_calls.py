@@ -48,6 +48,8 @@ def test_inspect(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:
     assert sinssim("inspect", "a.csv", "--out", "d/x.toml", "--vehicle", "land") == "\nScenario: d/x.toml\n"
     assert (inspected.args[1], inspected.options["land"]) == (Path("d"), True)
     assert (tmp_path / "d/x.toml").read_text() == 'name = "x"\n'
+    sinssim("inspect", "a.csv", "--no-trial")
+    assert inspected.options["trial"] is False
     assert "there is such a file already" in sinssim("inspect", "a.csv", "--out", "d/x.toml", code=2)
     assert "ends with .toml" in sinssim("inspect", "a.csv", "--out", "x.csv", code=2)
     wanted = {**SUMMARY, "scenario": 'name = "x"\n', "why_no_scenario": None}
