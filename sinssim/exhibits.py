@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 
 from sinssim.charts import Charts, Cloud, Color
+from sinssim.data import Array
 from sinssim.formatting import number_text
 from sinssim.units import Scale, suiting
 
@@ -68,12 +69,24 @@ class Table:
             values = [row[k] for row in self.rows if not isinstance(row[k], str)]
             values_of.setdefault(id(self.columns[k].units), []).extend(v for v in values if math.isfinite(v))  # type: ignore[misc,arg-type]
         chosen = {
-            k: ("", 1.0) if (units := self.columns[k].units) is None else suiting(units, np.array(values_of[id(units)]))
+            k: ("", 1.0) if (units := self.columns[k].units) is None else _unit(units, np.array(values_of[id(units)]))
             for k in places
         }
         texts = [[_text(row[k], chosen[k][1], self.columns[k].digits) for k in places] for row in self.rows]
         columns = [self.columns[k] for k in places]
         return columns, [(self.columns[k].head, chosen[k][0]) for k in places], texts
+
+
+def _unit(units: Scale, values: Array) -> tuple[str, float]:
+    """Return the unit of numbers: that of the largest one, but SI if it hides a small one, as kilometres hide
+    centimetres."""
+    name, size = suiting(units, values)
+    hidden = (np.abs(values) > _SMALL) & (np.abs(values) < 1e-3 * size)
+    return suiting(units, np.ones(1)) if size > 1.0 and hidden.any() else (name, size)
+
+
+_SMALL = 1e-6
+"""Number in SI below which a value may be a rounding error, which no unit has to show."""
 
 
 def _text(cell: str | float, size: float, digits: int) -> str:

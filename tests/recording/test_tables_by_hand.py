@@ -9,11 +9,13 @@ from typing import Any
 import pytest
 
 from sinssim.cli.commands.analyses import show_findings
+from sinssim.exhibits import Column, Table
 from sinssim.experiments.run import grade_expectation as expectation
 from sinssim.experiments.run import one_component_exhibits as one_component
 from sinssim.recording.console import show_items
 from sinssim.sensors.error_propagation import Contribution, Expectation, Term
 from sinssim.sensors.imu.imu import Imu
+from sinssim.units import LENGTH_SCALE
 from tests.recording.by_hand import printed
 
 DEG, DEG_H, UG = pi / 180.0, pi / 648_000.0, 9.80665e-6
@@ -109,3 +111,19 @@ def test_a_run_of_one_component() -> None:
         "value of that error.",
         "Time: truth 0.12 s, navigation 2.50 s",
     ]
+
+
+@pytest.mark.parametrize(
+    ("lengths", "unit", "texts"),
+    [
+        ((117_845.2, 0.009395, 6.2e-11), "m", ["117,845", "0.009395", "6.2e-11"]),
+        ((117_845.2, 2.5, 6.2e-11), "km", ["117.8", "0.0025", "6.2e-14"]),
+        ((3.0, 0.009395, 2e-6), "m", ["3", "0.009395", "0.000002000"]),
+    ],
+)
+def test_a_large_unit_hides_no_small_number(lengths: tuple[float, ...], unit: str, texts: list[str]) -> None:
+    """Kilometres of an inertial solution hide the centimetres of the aided one; rounding errors do not count."""
+    table = Table((Column("max", LENGTH_SCALE),), [[length] for length in lengths])
+    _, heads, rows = table.shown("console")
+    assert heads == [("max", unit)]
+    assert [text for (text,) in rows] == texts
