@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.errors import InputError
+from sinssim.errors import InputError, RunError
 from sinssim.scenario.schema import Scenario
+from sinssim.simulation import navigation_stage
 from sinssim.simulation.recorded_filter_run import prepare
 from tests.logs.drive import (
     ATTITUDE,
@@ -222,6 +223,25 @@ def _with_fixes(folder: Path, *, reference: bool, seconds: float = 70.0, **more:
         log["reference"] = {"file": str(folder / "gnss.csv"), **REFERENCE}
     log |= more.pop("log", {})
     return scenario(log, **{"filter": {"smooth": True}, **more})
+
+
+def test_the_filter_goes_on_where_the_inertial_solution_diverges(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In an hour, the errors of a phone's unit send the unaided solution over a pole; the fixes hold the aided one."""
+
+    def lost(*of: object) -> None:
+        raise RunError("the latitude ran away.")
+
+    monkeypatch.setattr(navigation_stage, "_strapdown", lost)
+    run = sinssim.run(_with_fixes(tmp_path, reference=True), tmp_path / "run")
+    assert run.solutions == {}
+    assert run.summary["failures"]["quaternion"]["text"] == "the latitude ran away."
+    assert run.aided is not None
+    assert np.nanmax(run.aided.error_at(slice(None)).horizontal) < 1.0
+    assert (tmp_path / "run" / "report.html").is_file()
+    with pytest.raises(RunError, match="the latitude ran away"):
+        sinssim.run(_with_fixes(tmp_path, reference=True, filter=None), tmp_path / "alone")
 
 
 def test_outages_are_withheld_and_judged(tmp_path: Path) -> None:

@@ -310,9 +310,10 @@ class RunWriter:
         hidden = drifted(self._track, solutions) if self._recorded else []
         zoom = map_zoom([self._track, *(solution for name, solution in solutions.items() if name not in hidden)])
         self._run = replace(self._run, algorithms=tuple(solutions), map_zoom=zoom)
-        first, solution = next(iter(solutions.items()))
-        labels = draw_coordinates(self._recording, self._coordinates.of(first, solution.time, solution))
-        self._learn({"not_on_map": " ".join(hidden), **labels})
+        labels = {"not_on_map": " ".join(hidden)}
+        for first, solution in [*solutions.items()][:1]:  # none if all have diverged, and the filter goes on
+            labels |= draw_coordinates(self._recording, self._coordinates.of(first, solution.time, solution))
+        self._learn(labels)
 
     def _draw_filter(self, aided: Aided, items: Sequence[Item]) -> None:
         self._document("about/filter", items)
