@@ -140,6 +140,9 @@ def _after_trial(result: Inspection, text: str, folder: Path, progress: Progress
 
     trial = try_suggestion(text, folder, result, progress)
     if trial is None:
+        if result.fixes is not None:
+            judged = "No outage of 5 s can be judged: the suggested scenario is not compared with the fixes alone."
+            result.findings.append(doubt("trial", judged, "Give a longer log, or one with more samples a second."))
         return text
     if isinstance(trial, SinssimError):
         fix = "Complete the scenario, or give files with fixes from the beginning on."

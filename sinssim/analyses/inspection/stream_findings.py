@@ -200,6 +200,19 @@ whole interval is not one and a missing sample is."""
 _SHOWN_TIMES = 5  # gaps named one by one
 
 
+_LONG = 0.11
+"""Interval of inertial samples, s, from which the motion between two of them matters: a step takes half a second."""
+
+
+def rate_findings(subject: str, time: Array) -> list[Finding]:
+    """Return the doubt on an inertial unit that gives few samples (stamps, (N,) s)."""
+    interval = float(np.median(np.abs(np.diff(time)))) if len(time) > 1 else 0.0
+    if interval < _LONG:
+        return []
+    text = f"{1.0 / interval:.3g} samples a second are few: turns and accelerations between two of them are lost."
+    return [doubt(subject, text, "Record 50 a second or more.")]
+
+
 def time_findings(subject: str, time: Array, unit: str = "samples") -> list[Finding]:
     """Judge the times of a stream.
 

@@ -36,6 +36,7 @@ from sinssim.analyses.inspection.stream_findings import (
     channel_findings,
     doubt,
     fact,
+    rate_findings,
     time_findings,
     time_text,
     wrong,
@@ -158,7 +159,8 @@ def inspect_streams(files: Sequence[Streams], described: Described | None = None
     if not inertial:
         return result
     result.inertial = inertial[0][2]
-    result.findings += time_findings(inertial[0][1], result.inertial.time)
+    of_unit = inertial[0][1], result.inertial.time
+    result.findings += [*time_findings(*of_unit), *rate_findings(*of_unit)]
     readings = _inspect_readings(result)
     if readings is None:
         return result

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.analyses.inspection.stream_findings import Finding, doubt, time_findings, wrong
+from sinssim.analyses.inspection.stream_findings import Finding, doubt, rate_findings, time_findings, wrong
 from sinssim.data import Array
 
 
@@ -37,6 +37,14 @@ def test_rate_and_intervals() -> None:
             "interval_99_percent_s": 0.021,
         }
     )
+
+
+def test_few_samples_a_second() -> None:
+    """Nine a second are few for a unit; ten are enough."""
+    nine, ten = (np.arange(40) / rate for rate in (9.0, 10.0))
+    text = "9 samples a second are few: turns and accelerations between two of them are lost."
+    assert rate_findings("imu", nine) == [doubt("imu", text, "Record 50 a second or more.")]
+    assert rate_findings("imu", ten) == rate_findings("imu", ten[:1]) == []
 
 
 def test_gaps_are_counted_and_named() -> None:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from sinssim.analyses.inspection import suggestion_trial
-from sinssim.analyses.inspection.inspected_files import Inspected, inspect
+from sinssim.analyses.inspection.inspected_files import Inspected, _after_trial, inspect
 from sinssim.analyses.inspection.suggestion_trial import Outcome, Trial, try_suggestion
 from sinssim.errors import SinssimError
+from sinssim.progress import silent
 
 DRIVE = Path(__file__).parent.parent.parent / "data" / "drive"
 
@@ -69,6 +71,16 @@ def test_a_filter_that_refuses_the_fixes_gets_the_least_noise_with_which_it_foll
     assert trial.chosen.good
     ((table, key, _),) = trial.settings
     assert (table, key) == ("filter", "inertial_noise_factor")
+
+
+def test_a_log_that_is_too_short_for_an_outage_says_so(drive: Inspected, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(suggestion_trial, "try_suggestion", lambda *_: None)
+    whole = replace(drive.inspection, findings=[])
+    assert _after_trial(whole, "name", Path(), silent) == "name"
+    (told,) = whole.findings
+    assert told.text == "No outage of 5 s can be judged: the suggested scenario is not compared with the fixes alone."
+    without = replace(whole, findings=[], fixes=None)
+    assert (_after_trial(without, "name", Path(), silent), without.findings) == ("name", [])
 
 
 def test_a_scenario_that_does_not_run_is_told(drive: Inspected) -> None:
