@@ -440,9 +440,9 @@ def suggest(paths: Sequence[Path], progress: Progress = silent) -> Suggestion:
             f"{named}: there are no inertial data. A single file of fixes or of a solution is run as a track "
             "(sinssim run drive.gpx); a table needs the names time_s, latitude_deg, longitude_deg and height_m."
         )
-    return Suggestion(
-        inspected.scenario, tuple(f.sentence for f in inspected.inspection.findings if f.grade == "doubt")
-    )
+    doubts = [f for f in inspected.inspection.findings if f.grade == "doubt"]
+    doubts.sort(key=lambda f: f.subject != "trial")  # what it means for the navigation comes first
+    return Suggestion(inspected.scenario, tuple(f.sentence for f in doubts))
 
 
 def _track(path: Path, name: str) -> str:

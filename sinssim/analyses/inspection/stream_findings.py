@@ -101,9 +101,28 @@ def channel_findings(subject: str, values: Array, unit: str, scale: float = 1.0)
     if min(quanta) > 0.0:
         text = ", ".join(f"{q / scale:.3g}" for q in quanta)
         findings.append(fact(subject, f"Resolution of x, y, z: {text} {unit}.", resolution_si=quanta))
-    for name, axis, quantum in zip("xyz", values.T, quanta, strict=True):
+    runs = [_frozen_run(axis, quantum) for axis, quantum in zip(values.T, quanta, strict=True)]
+    if runs[0] is not None and len(set(runs)) == 1:
+        findings.append(_froze(subject, "channels", f"The channels of the {subject} give the same numbers", *runs[0]))
+        runs = [None, None, None]
+    for name, axis, quantum, run in zip("xyz", values.T, quanta, runs, strict=True):
+        if run is not None:
+            findings.append(_froze(subject, name, f"The {name} channel of the {subject} gives the same number", *run))
         findings += _of_axis(subject, name, axis, quantum, unit, scale)
     return findings
+
+
+def _froze(subject: str, channel: str, what: str, length: int, row: int) -> Finding:
+    text = f"{what} {length} times in a row, from row {row}."
+    fix = "The sensor or the logger froze there: treat it as a gap."
+    return doubt(subject, text, fix, channel=channel, frozen=length)
+
+
+def _frozen_run(axis: Array, quantum: float) -> tuple[int, int] | None:
+    """Return length and first row, from one, of the longest run of equal values if the channel froze there."""
+    length, start = _longest_run(axis)
+    froze = length >= _LEAST_FROZEN and not _usual(axis, start, length) and _frozen(axis, start, length, quantum)
+    return (length, start + 1) if froze and float(np.ptp(axis)) > 0.0 else None
 
 
 def _quantum(axis: Array) -> float:
@@ -122,18 +141,6 @@ def _of_axis(subject: str, name: str, axis: Array, quantum: float, unit: str, sc
         return [wrong(subject, text, "The column is wrong, or the sensor is dead.")]
     findings = []
     spread = float(np.std(np.diff(axis)))
-    longest, start = _longest_run(axis)
-    if longest >= _LEAST_FROZEN and not _usual(axis, start, longest) and _frozen(axis, start, longest, quantum):
-        findings.append(
-            doubt(
-                subject,
-                f"The {name} channel of the {subject} gives the same number {longest} times in a row, from row "
-                f"{start + 1}.",
-                "The sensor or the logger froze there: treat it as a gap.",
-                channel=name,
-                frozen=longest,
-            )
-        )
     for extreme, word in ((float(axis.max()), "largest"), (float(axis.min()), "least")):
         at = axis == extreme
         runs, first = _longest_run(np.where(at, 1.0, np.arange(len(axis)) + 2.0))

@@ -76,6 +76,14 @@ def test_a_frozen_channel(length: int, found: bool) -> None:
     assert _others(values) == [frozen] * found
 
 
+def test_a_logger_that_freezes_is_told_once() -> None:
+    values = _channels()
+    values[100:125] = 0.09 * DEG
+    values[[99, 125]] = 0.12 * DEG
+    (frozen,) = _others(values)
+    assert frozen.text == "The channels of the gyros give the same numbers 25 times in a row, from row 101."
+
+
 @pytest.mark.parametrize(("sign", "word"), [(1.0, "largest"), (-1.0, "least")])
 def test_a_channel_at_the_end_of_its_range(sign: float, word: str) -> None:
     """Four samples in a row and a fifth one alone are at the extreme, far beyond the noise of 0.35 °/s."""

@@ -9,9 +9,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sinssim.analyses.inspection import unit_axes
-from sinssim.analyses.inspection.inspected_files import _track, are_raw, suggest
+from sinssim.analyses.inspection import inspected_files, unit_axes
+from sinssim.analyses.inspection.inspected_files import Inspected, _track, are_raw, suggest
 from sinssim.analyses.inspection.stream_findings import doubt, fact, wrong
+from sinssim.analyses.inspection.stream_inspection import Inspection
 from sinssim.analyses.inspection.unit_axes import Reading, _others, judge_reading
 from sinssim.analyses.inspection.velocity_match import Match, Seen
 from sinssim.errors import InputError
@@ -35,6 +36,13 @@ def test_what_is_a_recorded_file(tmp_path: Path) -> None:
     (tmp_path / "run" / "summary.json").write_text("{}")
     with pytest.raises(InputError, match=r"is a run directory: `sinssim run .*run/scenario\.toml -o DIR` repeats"):
         suggest([tmp_path / "run"])
+
+
+def test_the_doubt_on_the_navigation_is_the_first_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    findings = [doubt("fixes", "No σ.", "Give it."), fact("imu", "Fast."), doubt("trial", "Worse.", "Use the fixes.")]
+    found = Inspected(Inspection(findings), (), 'name = "x"')
+    monkeypatch.setattr(inspected_files, "inspect", lambda *_, **__: found)
+    assert suggest([Path("imu.csv"), Path("gnss.pos")]).doubts == ("Worse. Use the fixes.", "No σ. Give it.")
 
 
 def test_a_track_with_a_simulated_unit(tmp_path: Path) -> None:
