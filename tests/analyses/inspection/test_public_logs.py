@@ -135,6 +135,11 @@ def judge(log: dict[str, Any], result: Inspected | str) -> list[str]:
     ):
         if key in log and not log[key][0] <= value <= log[key][1]:
             faults.append(f"{key}: {value:g} instead of {log[key][0]:g} to {log[key][1]:g}")
+    tried = next((f.numbers for f in result.inspection.findings if "outage_error_m" in f.numbers), None)
+    found = [] if tried is None else [tried["outage_error_m"], tried["outage_fixes_alone_m"]]
+    table = [float(x) for x in re.findall(r"(?:^|; )([\d.]+) m", log.get("without_fixes", ""))]
+    if found != pytest.approx(table, rel=0.02):
+        faults.append(f"without_fixes: {found} instead of {table}")
     return faults
 
 
