@@ -62,9 +62,9 @@ def test_a_loaded_scenario_names_the_wrong_setting() -> None:
 
 
 def test_overrides_belong_to_the_file_of_a_study() -> None:
-    from sinssim.experiments.study import load_any_study
+    from sinssim.experiments.study import load_study
 
-    study = load_any_study("gyro_trade")
+    study = load_study("gyro_trade")
     with pytest.raises(InputError, match="overrides change the file of a study"):
         sinssim.compare(study, overrides=["axes.1.values=[1.0]"])
 

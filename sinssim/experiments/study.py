@@ -28,7 +28,7 @@ from sinssim.toml_file import read_toml, validate
 Kind = TypeVar("Kind", Study, TradeStudy)
 
 
-def load_any_study(path: str | Path, overrides: Sequence[str] = ()) -> Study | TradeStudy:
+def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study | TradeStudy:
     """Load and check a study of either kind.
 
     Args:
@@ -41,39 +41,22 @@ def load_any_study(path: str | Path, overrides: Sequence[str] = ()) -> Study | T
     """
     if str(path) in list_content("scenarios") and str(path) not in list_content("studies"):
         raise InputError(f"{path} is a scenario, not a study; vary its keys with --vary KEY=VALUES.")
-    _, data = read_toml(find_content("studies", str(path)))
+    file = find_content("studies", str(path))
+    text, data = read_toml(file)
     if "parts" in data and ("axes" in data or "scenario" in data):
         raise InputError(
             f"{path} has parts and {'axes' if 'axes' in data else 'a scenario'}: a study either compares algorithms on "
             "motions, by [[parts]], or varies the keys of a scenario, by [[axes]]. Make two studies of it."
         )
     if "axes" in data or "scenario" in data:
-        return load_trade_study(path, overrides)
+        return _checked(TradeStudy, file, text, data, str(path), overrides)
     if "parts" not in data:
         raise InputError(
             f"{path} is not a study: it has neither [[parts]], which compare algorithms on motions, nor a scenario "
             "with [[axes]], which vary its keys. The keys of a scenario are varied without a file by --vary KEY=VALUES."
         )
-    return load_study(path, overrides)
-
-
-def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study:
-    """Load and check a comparison of algorithms, as `load_any_study` does."""
-    file = find_content("studies", str(path))
-    text, data = read_toml(file)
-    if "axes" in data and "parts" not in data:
-        raise InputError(
-            f"{path} is a trade study, with axes, not a comparison of algorithms, with parts: use `sinssim compare`, "
-            "or sinssim.compare from Python."
-        )
     resolved_use(data, file.parent, views=False)
     return _checked(Study, file, text, data, str(path), overrides)
-
-
-def load_trade_study(path: str | Path, overrides: Sequence[str] = ()) -> TradeStudy:
-    """Load and check a trade study, as `load_any_study` does."""
-    file = find_content("studies", str(path))
-    return _checked(TradeStudy, file, *read_toml(file), str(path), overrides)
 
 
 def _checked(
@@ -161,7 +144,7 @@ def compare(
     """
     if overrides and not isinstance(study, str | Path):
         raise InputError("overrides change the file of a study; this study is loaded already.")
-    plan = load_any_study(study, overrides) if isinstance(study, str | Path) else study
+    plan = load_study(study, overrides) if isinstance(study, str | Path) else study
     if isinstance(plan, TradeStudy):
         return trade(
             plan, directory, resume=resume, overwrite=overwrite, limit_minutes=limit_minutes, threads=threads,

@@ -20,7 +20,7 @@ import typer.main
 
 from sinssim.cli.app import app
 from sinssim.errors import SinssimError
-from sinssim.experiments.study import load_study, load_trade_study
+from sinssim.experiments.study import load_study
 from sinssim.logs.column_description import LogDescription
 from sinssim.scenario.load import load_scenario
 from sinssim.sensors.imu.grades import read_grade
@@ -188,4 +188,4 @@ def _description(path: Path) -> object:
     return LogDescription(**tomllib.loads(path.read_text(encoding="utf-8")))
 
 
-_READERS: tuple[Callable[[Path], object], ...] = (load_scenario, load_study, load_trade_study, read_grade, _description)
+_READERS: tuple[Callable[[Path], object], ...] = (load_scenario, load_study, load_study, read_grade, _description)

@@ -235,9 +235,9 @@ def _study(
 ) -> Study | TradeStudy:
     """Return the study of a file, or that of a scenario and varied keys."""
     from sinssim.experiments.studies.trade_schema import TradeStudy
-    from sinssim.experiments.study import load_any_study, sweep
+    from sinssim.experiments.study import load_study, sweep
 
-    plan = sweep(name, vary, settings) if vary else load_any_study(name, settings)
+    plan = sweep(name, vary, settings) if vary else load_study(name, settings)
     if isinstance(plan, TradeStudy):
         return plan.with_requirements(require)
     if require:

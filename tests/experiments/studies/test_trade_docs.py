@@ -10,7 +10,7 @@ import pytest
 
 from sinssim.experiments.studies.trade_cells import cells_of
 from sinssim.experiments.studies.trade_schema import Axis, TradeStudy
-from sinssim.experiments.study import load_trade_study
+from sinssim.experiments.study import load_study
 
 DOCS = Path(__file__).parents[3] / "docs"
 PAGE = (DOCS / "trades.md").read_text(encoding="utf-8")
@@ -19,7 +19,7 @@ PAGE = (DOCS / "trades.md").read_text(encoding="utf-8")
 def test_the_example_loads(tmp_path: Path) -> None:
     (text,) = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
     (tmp_path / "my_trade.toml").write_text(text, encoding="utf-8")
-    made = load_trade_study(tmp_path / "my_trade.toml")
+    made = load_study(tmp_path / "my_trade.toml")
     assert made.shape == (3, 2)
     assert all(cell.scenario is not None for cell in cells_of(made))
 

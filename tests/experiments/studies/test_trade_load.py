@@ -11,7 +11,7 @@ from sinssim.errors import InputError
 from sinssim.experiments.studies.study_schema import Study
 from sinssim.experiments.studies.trade_cells import cells_of
 from sinssim.experiments.studies.trade_schema import TradeStudy
-from sinssim.experiments.study import load_any_study, load_study
+from sinssim.experiments.study import load_study
 from tests.experiments.studies.trade_examples import SCENARIO
 
 FILE = """\
@@ -25,7 +25,7 @@ values = ["tactical", "laser-standard"]
 
 @pytest.mark.parametrize("name", sorted(list_content("studies")))
 def test_shipped_studies(name: str) -> None:
-    found = load_any_study(name)
+    found = load_study(name)
     assert found.name == name
     assert found.description
     if isinstance(found, TradeStudy):
@@ -33,8 +33,8 @@ def test_shipped_studies(name: str) -> None:
 
 
 def test_the_kind_follows_from_the_file() -> None:
-    assert isinstance(load_any_study("coning"), Study)
-    assert isinstance(load_any_study("gyro_trade"), TradeStudy)
+    assert isinstance(load_study("coning"), Study)
+    assert isinstance(load_study("gyro_trade"), TradeStudy)
 
 
 def test_scenario_beside_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -43,7 +43,7 @@ def test_scenario_beside_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     (folder / "standing.toml").write_text(SCENARIO, encoding="utf-8")
     (folder / "mine.toml").write_text(FILE, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    made = load_any_study(folder / "mine.toml", ['axes.1.values=["ideal"]', "cell=ensemble", "runs=7"])
+    made = load_study(folder / "mine.toml", ['axes.1.values=["ideal"]', "cell=ensemble", "runs=7"])
     assert isinstance(made, TradeStudy)
     assert made.name == "mine"
     assert made.scenario == str((folder / "standing.toml").resolve())
@@ -51,7 +51,7 @@ def test_scenario_beside_the_study(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 
 def _cells_of_file(file: Path) -> None:
-    found = load_any_study(file)
+    found = load_study(file)
     assert isinstance(found, TradeStudy)
     cells_of(found)
 
@@ -73,8 +73,3 @@ def test_mistakes(tmp_path: Path, text: str, said: str) -> None:
     with pytest.raises(InputError) as error:
         _cells_of_file(file)
     assert said in str(error.value)
-
-
-def test_the_loader_of_comparisons_names_the_other_kind() -> None:
-    with pytest.raises(InputError, match="is a trade study"):
-        load_study("gyro_trade")
