@@ -380,3 +380,8 @@ class Cloud:
     names: tuple[str, str]  # what lies to the right, and up
     circles: dict[str, Array]  # radius of each circle, (K,) SI, by the name of its colour; none where it is not finite
     on: tuple[str, ...] = ("recording",)  # the media that show it
+
+
+def in_rows(charts: Sequence[Chart], columns: int) -> tuple[tuple[Chart, ...], ...]:
+    """Return charts in rows of a number of `columns`, the last of which may be shorter."""
+    return tuple(tuple(charts[k : k + columns]) for k in range(0, len(charts), columns))

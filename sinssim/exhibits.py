@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -147,6 +147,12 @@ class Section:
     # whether a page folds it under its heading, and shows it "open" or "closed" at first
     fold: Literal["", "open", "closed"] = ""
     on: tuple[Medium, ...] = EVERYWHERE  # the media that show it
+
+
+def definitions(texts: Mapping[str, str], on: tuple[Medium, ...]) -> Section:
+    """Return the section that says what each number means, by its name."""
+    return Section("Definitions", [Table((Column("", words=True), Column("definition", words=True)),
+                                         list(texts.items()))], on=on)  # fmt: skip
 
 
 Item = Sentence | Table | Verbatim | Points | Picture | Charts | Cloud | Beside | Section

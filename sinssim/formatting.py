@@ -23,6 +23,24 @@ def signed(value: float, digits: int = 3) -> str:
     return ("−" if value < 0.0 else "") + number_text(abs(value), digits)
 
 
+def with_band(value: float, low: float, high: float, size: float = 1.0) -> str:
+    """Write an estimate with the ends of its band, in a unit of a `size`: "0.712 (0.655 … 0.781)"; "∞" if infinite."""
+    value_text, low_text, high_text = (
+        "∞" if end == math.inf else number_text(float(end) / size) for end in (value, low, high)
+    )
+    return f"{value_text} ({low_text} … {high_text})"
+
+
+def percent(share: float) -> str:
+    """Write a share in whole percent: "88 %", "–" for an unknown one."""
+    return "–" if math.isnan(share) else f"{100.0 * share:.0f} %"
+
+
+def two_digits(number: int) -> int:
+    """Return about how many: a number of two significant digits."""
+    return round(number, min(2 - len(str(number)), 0))
+
+
 def capital(sentence: str) -> str:
     """Return a sentence with a capital first letter."""
     return sentence[:1].upper() + sentence[1:]

@@ -125,6 +125,20 @@ def write_directory(target: Path, write: Callable[[Path], object], *, overwrite:
         raise
 
 
+def write_json(path: Path, contents: Any) -> None:
+    """Write numbers and words as JSON, with null in place of what is not finite."""
+    write_text(path, json.dumps(plain(contents), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def write_shown(exhibits: Exhibits, folder: Path) -> None:
+    """Write what a result has to show as report.html and recording.rrd."""
+    from sinssim.recording.page import page_of
+    from sinssim.recording.rerun.exhibit_recording import record
+
+    write_text(folder / "report.html", page_of(exhibits))
+    record(exhibits, folder / "recording.rrd")
+
+
 def _beside(place: Path, ending: str) -> Path:
     """Return a place with a suffix to the name that is free or holds a run that may be replaced."""
     number = 1
@@ -243,8 +257,7 @@ class Media(Generic[R]):
         exhibits = self.exhibits(result)
 
         def write(folder: Path) -> None:
-            text = json.dumps(self.summary(result), indent=2, ensure_ascii=False)
-            write_text(folder / self.file, text + "\n")
+            write_json(folder / self.file, self.summary(result))
             self.write(result, exhibits, folder)
 
         return write_directory(directory, write, overwrite=overwrite)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.charts import Cells
+from sinssim.charts import Cells, in_rows
 from sinssim.experiments.studies import trade_exhibits as trade
 from sinssim.experiments.studies.trade_result import TradeResult
 from sinssim.experiments.studies.trade_run import TradeMedia
@@ -147,7 +147,7 @@ def test_panels_of_a_grid(tmp_path: Path) -> None:
     assert [one.text for one in picture.limits] == [ASK[1]]
     assert (picture.label, picture.unit.name) == ("R95 at 30 s", "m")
     assert picture.limit(picture.limits[0]) == 100.0
-    rows: Any = [picture.rows(range(count)) for count in (1, 3, 4, 7)]  # type: ignore[arg-type]
+    rows: Any = [in_rows(range(count), 3) for count in (1, 3, 4, 7)]  # type: ignore[arg-type]
     assert [tuple(map(len, one)) for one in rows] == [(1,), (3,), (3, 1), (3, 3, 1)]
     shades = trade.family_colors(Axis(key=BIAS, values=(2.0, 1.0, 5.0)))
     assert shades == [(80, 122, 165), (150, 200, 235), (10, 45, 95)]  # the second is the least

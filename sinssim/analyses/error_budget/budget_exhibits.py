@@ -20,7 +20,7 @@ from sinssim.charts import TIME, Axis, Bars, Chart, Charts, Line, Mark, Shares
 from sinssim.data import Array
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verdict, four_digits
 from sinssim.formatting import capital, number_text
-from sinssim.recording.result import Json, Media, versions
+from sinssim.recording.result import Json, Media, versions, write_shown
 from sinssim.recording.streams import Stream, Vector, write_table
 from sinssim.statistics import requirement_verdict
 from sinssim.statistics.requirements import CIRCLES, COMPONENTS, Judged, limits_of
@@ -475,10 +475,6 @@ class BudgetMedia(Media[BudgetResult]):
         return exhibits_of(result, result.answers(), result.times)
 
     def write(self, result: BudgetResult, exhibits: Exhibits, folder: Path) -> None:
-        from sinssim.recording.page import page_of
-        from sinssim.recording.rerun.exhibit_recording import record
-
         write_text(folder / "scenario.toml", result.scenario.to_toml())
         _write_parquet(result, folder / "budget.parquet")
-        write_text(folder / "report.html", page_of(exhibits))
-        record(exhibits, folder / "recording.rrd")
+        write_shown(exhibits, folder)

@@ -5,7 +5,6 @@ Growth of CEP and R95, final positions, rates, σ by component, consistency.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -14,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sinssim import units
-from sinssim.charts import Axis, Band, Chart, Charts, Cloud, Dots, Histogram, Line, Mark, Rule
+from sinssim.charts import Axis, Band, Chart, Charts, Cloud, Dots, Histogram, Line, Mark, Rule, in_rows
 from sinssim.data import Array
-from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verbatim
+from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verbatim, definitions
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, VECTORS
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
 from sinssim.experiments.ensembles.ensemble_statistics import (
@@ -34,15 +33,14 @@ from sinssim.experiments.ensembles.ensemble_statistics import (
     summary_of,
 )
 from sinssim.experiments.ensembles.ensemble_verdicts import looks_text, requirement_lines, verdict_text
-from sinssim.formatting import capital, number_text, signed
-from sinssim.recording.result import plain, software, versions
+from sinssim.formatting import capital, number_text, percent, signed, with_band
+from sinssim.recording.result import plain, software, versions, write_json, write_shown
 from sinssim.recording.style import RowNumbers, thinned
 from sinssim.sensors.imu.grades import grade_name
 from sinssim.statistics.circular_error import circle_radius
 from sinssim.statistics.percentiles import Percentile, runs_for_band
 from sinssim.statistics.requirements import CIRCLES, limits_of
 from sinssim.statistics.requirements import COMPONENTS as QUANTITIES
-from sinssim.system.outputs import write_text
 from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, SPEED_SCALE, Scale, duration_words, fixed, suiting
 
 if TYPE_CHECKING:
@@ -97,8 +95,7 @@ def exhibits_of(result: EnsembleResult, numbers: EnsembleNumbers, predicted: Arr
         *([_consistency(result, numbers)] if result.nees else []),
         _runs(result, numbers, scales[0]),
         *_failures(result),
-        Section("Definitions", [Table((Column("", words=True), Column("definition", words=True)),
-                                      list(DEFINITIONS.items()))], on=("page",)),
+        definitions(DEFINITIONS, ("page",)),
         Section("How it was computed", [*_method(result, numbers)], on=("page",)),
         Verbatim("Scenario", plan.scenario.to_toml(), on=("recording",)),
     ]  # fmt: skip
@@ -128,11 +125,8 @@ def opening(result: EnsembleResult, status: str) -> str:
     )
 
 
-def with_band(estimate: Percentile, size: float = 1.0) -> str:
-    """Return a percentile with its band, for example "0.712 (0.655 … 0.781)"; "∞" for an infinite end."""
-    ends = (float(estimate.value), max(float(estimate.low), 0.0), float(estimate.high))
-    value, low, high = ("∞" if end == math.inf else number_text(end / size) for end in ends)
-    return f"{value} ({low} … {high})"
+def _with_band(estimate: Percentile, size: float = 1.0) -> str:
+    return with_band(float(estimate.value), max(float(estimate.low), 0.0), float(estimate.high), size)
 
 
 def regulation(comparison: Regulation) -> str:
@@ -144,7 +138,7 @@ def regulation(comparison: Regulation) -> str:
         "does not apply": f"it does not apply, because {comparison.reason}",
     }[comparison.verdict]
     pairs = comparison.quantities.items()
-    shown = "; ".join(f"{name}: {with_band(value)}, limit {limit:g}" for name, (value, limit) in pairs)
+    shown = "; ".join(f"{name}: {_with_band(value)}, limit {limit:g}" for name, (value, limit) in pairs)
     return f"{comparison.rule}: {verdict}{'. ' if shown else ''}{capital(shown)}."
 
 
@@ -179,7 +173,7 @@ def _headline(numbers: EnsembleNumbers, scale: Scale) -> Table:
         ("rate by the line Σ t r / Σ t², nmi/h", numbers.line, 1.0),
         ("rate at the end r(T) / T, nmi/h", numbers.end, 1.0),
     ]
-    rows = [[name, *(with_band(circle, by) for circle in both)] for name, both, by in lines]
+    rows = [[name, *(_with_band(circle, by) for circle in both)] for name, both, by in lines]
     normal = [number_text(radius / size) for radius in numbers.normal]
     rows.append([f"circle of a normal distribution with this covariance, {unit}", *normal])
     heads = ("CEP (95 % band)", "R95 (95 % band)")
@@ -358,7 +352,7 @@ def _consistency(result: EnsembleResult, numbers: EnsembleNumbers) -> Section:
         rows = [
             [name, number_text(square.mean), number_text(square.end),
              f"{number_text(square.low)} … {number_text(square.high)}",
-             "–" if math.isnan(square.share_in_band) else f"{100.0 * square.share_in_band:.0f} %"]
+             percent(square.share_in_band)]
             for name, square in squares.items()
         ]  # fmt: skip
         table = Table((Column("", words=True), *map(Column, heads)), rows)
@@ -379,7 +373,7 @@ def _squares(result: EnsembleResult, key: str, squares: Mapping[str, MeanSquare]
         )
         charts.append(Chart(key=f"{key}/{square.name}", title=square.name, y=y, marks=marks))
     if charts:
-        rows = tuple(tuple(charts[k : k + 2]) for k in range(0, len(charts), 2))
+        rows = in_rows(charts, 2)
         yield Charts(f"{key}s", rows, (5.2 * len(rows[0]), 0.5 + 1.9 * len(rows)), share="x", on=("page",))
     lines = tuple(
         Line(label=square.name, x=time, y=square.value)
@@ -442,8 +436,8 @@ def sheet_of(result: EnsembleResult, numbers: EnsembleNumbers) -> Exhibits:
 
     rows = []
     for rates, name in ((numbers.line, "Σ t r / Σ t²"), (numbers.end, "r(T) / T")):
-        rows.append(["position rate, CEP", f"{with_band(rates.cep)} nmi/h", f"{name}, 50 % of the runs"])
-        rows.append(["position rate, R95", f"{with_band(rates.r95)} nmi/h", f"{name}, 95 % of the runs"])
+        rows.append(["position rate, CEP", f"{_with_band(rates.cep)} nmi/h", f"{name}, 50 % of the runs"])
+        rows.append(["position rate, R95", f"{_with_band(rates.r95)} nmi/h", f"{name}, 95 % of the runs"])
     rows += [
         ["velocity, north and east", f"{rms('velocity_n_mps', 'velocity_e_mps')} m/s", "per axis, rms"],
         ["velocity, vertical", f"{rms('velocity_d_mps')} m/s", "rms"],
@@ -474,16 +468,12 @@ def to_json(result: EnsembleResult, numbers: EnsembleNumbers | None = None) -> d
 def write_ensemble(result: EnsembleResult, folder: Path, status: str = "finished") -> list[str]:
     """Write report, figure, numbers and recording of an ensemble that is "finished", "interrupted" or "failed"."""
     from sinssim.recording.figures import figure_of, save
-    from sinssim.recording.page import page_of
-    from sinssim.recording.rerun.exhibit_recording import record
 
     numbers = ensemble_numbers(result, status)
     exhibits = exhibits_of(result, numbers, predicted_sigma(result.plan) if status == "finished" else None)
-    write_text(folder / "report.html", page_of(exhibits))
+    write_shown(exhibits, folder)
     picture = figure_of(exhibits.chosen(exhibits.figure))
     for name in FIGURES:
         save(picture, folder / name)
-    record(exhibits, folder / "recording.rrd")
-    text = json.dumps(to_json(result, numbers), indent=2, ensure_ascii=False, allow_nan=False)
-    write_text(folder / "summary.json", text + "\n")
+    write_json(folder / "summary.json", to_json(result, numbers))
     return ["report.html", "summary.json", "recording.rrd", *FIGURES]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS
-from sinssim.formatting import number_text
+from sinssim.formatting import number_text, two_digits
 from sinssim.scenario.ensemble_section import MOST_RUNS
 from sinssim.statistics.chi_square import root_mean_square_band
 from sinssim.statistics.circular_error import to_nmi_h
@@ -153,7 +153,7 @@ def verdict_text(verdict: Verdict) -> str:
         return text
     if verdict.more_runs is None:
         return f"{text} The value lies at the limit: the necessary number of runs cannot be predicted."
-    return f"{text} About {_rounded(verdict.more_runs)} more runs are needed for a decision if they are similar."
+    return f"{text} About {two_digits(verdict.more_runs)} more runs are needed for a decision if they are similar."
 
 
 def looks_text(result: EnsembleResult) -> str:
@@ -180,12 +180,6 @@ def requirement_lines(result: EnsembleResult) -> list[str]:
         f"{verdict.requirement.text}: {_WORDS[verdict.verdict]}. {verdict_text(verdict)}" for verdict in result.verdicts
     ]
     return [*lines, *filter(None, [looks_text(result)])]
-
-
-def _rounded(number: int) -> str:
-    """Return about how many: two digits."""
-    digits = max(len(str(number)) - 2, 0)
-    return str(round(number, -digits))
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ Errors over the time that they have in common, the keys that differ, report, dir
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -30,7 +29,7 @@ from sinssim.formatting import size_text
 from sinssim.logs.stored_run import is_of_another, warn_of_version
 from sinssim.recording import style
 from sinssim.recording.page import page_of
-from sinssim.recording.result import RunDirectory
+from sinssim.recording.result import RunDirectory, write_json
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.system.outputs import write_text
 from sinssim.units import duration_words, fixed
@@ -215,8 +214,7 @@ def write_comparison(compared: ComparedRuns, target: Path, *, overwrite: bool = 
     folder = RunDirectory(target, overwrite=overwrite)
     with folder.writing():
         write_text(folder.path / "report.html", page_of(comparison_exhibits(compared)))
-        text = json.dumps(contents, indent=2, ensure_ascii=False, allow_nan=False)
-        write_text(folder.path / "comparison.json", text + "\n")
+        write_json(folder.path / "comparison.json", contents)
         return contents, folder.keep()
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -35,7 +34,7 @@ from sinssim.recording.rerun.rrd import Recording, whole_recording
 from sinssim.recording.rerun.scene import map_zoom, some_rows
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
-from sinssim.recording.result import Json, plain, versions
+from sinssim.recording.result import Json, plain, versions, write_json
 from sinssim.recording.streams import error_stream, nav_stream, write_stream
 from sinssim.recording.style import thinned
 from sinssim.strapdown.navigation_error import NavError
@@ -309,8 +308,7 @@ def write_scores(scored: Scored) -> Path:
                 place.mkdir(parents=True)
                 write_stream(nav_stream(score.name, score.solution), place)
                 write_stream(error_stream(score.name, score.error.at, score.solution.time), place)
-                text = json.dumps(to_json(score, scored.span), indent=2, ensure_ascii=False)
-                write_text(place / "score.json", text + "\n")
+                write_json(place / "score.json", to_json(score, scored.span))
             write_text(top / "report.html", page_of(score_exhibits(scored)))
             record_scores(scored, top / RECORDING)
             new = {path.relative_to(beside.path).as_posix() for path in top.rglob("*")}

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from sinssim.algorithms import family
-from sinssim.charts import TIME, Axis, Band, Bars, Chart, Charts, Dots, Line, Mark, Rule, Weight
+from sinssim.charts import TIME, Axis, Band, Bars, Chart, Charts, Dots, Line, Mark, Rule, Weight, in_rows
 from sinssim.data import Array
 from sinssim.experiments.studies import position_claims as law
 from sinssim.experiments.studies.study_results import ErrorGrowth, Heading, Order, Row, StudyResult
@@ -155,10 +155,6 @@ def _beyond(values: Sequence[float]) -> dict[str, Any]:
     return {"low": min(values) / margin, "high": max(values) * margin}
 
 
-def _in_rows(charts: Sequence[Chart]) -> list[tuple[Chart, ...]]:
-    return [tuple(charts[k : k + _COLUMNS]) for k in range(0, len(charts), _COLUMNS)]
-
-
 def against_rate(rows: Sequence[Row], label: Label, paint: Paint) -> Charts:
     """Return errors over the sample rate: a column for each motion, a line for each algorithm or varied choice."""
     return _lines("rate", rows, label, paint, (_ATTITUDE, _POSITION))
@@ -187,7 +183,7 @@ def _lines(
         rates = sorted({row.rate_hz for row in rows})
         ticks = _spaced(rates) if rates else ()
         x = Axis(label="sample rate", units=fixed("Hz"), log=True, ticks=ticks, **_beyond(rates))
-    lines: list[list[tuple[Chart, ...]]] = []
+    lines: list[tuple[tuple[Chart, ...], ...]] = []
     for number, (quantity, title, unit, size) in enumerate(quantities):
         compared = quantity == _ATTITUDE[0] and len({row.algorithm for row in rows}) > 1
         values = [max(getattr(row, quantity), _FLOOR) * size for row in done] + [_LIMIT] * compared
@@ -206,7 +202,7 @@ def _lines(
                           **_beyond(values))  # fmt: skip
             charts.append(Chart(key=f"{key}/{quantity}/{column}", title="" if number else motion, x=x, y=y_axis,
                                 marks=tuple(marks)))  # fmt: skip
-        lines.append(_in_rows(charts))
+        lines.append(in_rows(charts, _COLUMNS))
     ordered = tuple(row for band in zip(*lines, strict=True) for row in band)
     columns = min(len(motions), _COLUMNS)
     size_of = (max(3.3 * columns, 6.0) + 2.2, max(3.2 * len(ordered), 0.6 + 0.165 * len(names)))
@@ -232,9 +228,9 @@ def bars(rows: Sequence[Row], label: Label, line: Label, paint: Paint) -> Charts
                  high=float(10.0 ** (high + 0.18 * (high - low))))  # fmt: skip
         y = Axis(names=tuple(names), grid=False)
         charts.append(Chart(key=f"bars/{number}", title=motion, x=x, y=y, marks=(mark,)))
-    lines = _in_rows(charts)
+    lines = in_rows(charts, _COLUMNS)
     size = (max(7.5, 2.4 + 3.2 * len(lines[0])), len(lines) * (1.0 + 0.24 * len(names)) + 0.4)
-    return Charts("bars", tuple(lines), size, share="y")
+    return Charts("bars", lines, size, share="y")
 
 
 def _short(value: float) -> str:
@@ -270,10 +266,10 @@ def growth(panels: Mapping[str, Sequence[tuple[str, ErrorGrowth]]], paint: Paint
             for name, history in drawn
         )  # fmt: skip
         charts.append(Chart(key=f"grow/{number}", title=motion, x=_SECONDS, y=y, marks=marks))
-    lines = _in_rows(charts)
+    lines = in_rows(charts, _COLUMNS)
     names = dict.fromkeys(name for drawn in panels.values() for name, _ in drawn)
     size = (max(3.3 * len(lines[0]), 5.5) + 2.6, max(3.0 * len(lines), 0.6 + 0.165 * len(names)))
-    return Charts("grow", tuple(lines), size, legend="right")
+    return Charts("grow", lines, size, legend="right")
 
 
 def costs(comparison: StudyResult) -> Charts:

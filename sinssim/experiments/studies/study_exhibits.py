@@ -22,9 +22,9 @@ from sinssim.experiments.studies.step_cost import Operations
 from sinssim.experiments.studies.study_charts import Label, labeller, over_rates, varying
 from sinssim.experiments.studies.study_results import DEFECT, ERRORS, Case, Pick, Row, StudyResult, Verdict
 from sinssim.experiments.studies.study_schema import Part
-from sinssim.formatting import capital, number_text
+from sinssim.formatting import capital, number_text, percent
 from sinssim.recording.diagrams import three_rates
-from sinssim.recording.result import Media, plain, software, versions, write_directory
+from sinssim.recording.result import Media, plain, software, versions, write_directory, write_json, write_shown
 from sinssim.recording.streams import write_table
 from sinssim.scenario.tables import COORDINATES
 from sinssim.system.outputs import write_text
@@ -282,7 +282,7 @@ def _headings(comparison: StudyResult, part: Part) -> Iterator[Item]:
     )  # fmt: skip
     lines = [
         (h.motion, h.form, h.rate_hz, f"{h.turns:.2f}", _angle(h.max_error_arcsec), _angle(h.final_error_arcsec),
-         str(h.jumps), f"{100.0 * h.wrong:.0f} %", number_text(h.least_hz, 2) if h.least_hz else "any")
+         str(h.jumps), percent(h.wrong), number_text(h.least_hz, 2) if h.least_hz else "any")
         for h in headings
     ]  # fmt: skip
     drawn = charts.turning(charts.at_highest_rate(headings))
@@ -460,17 +460,12 @@ def write_study(comparison: StudyResult, folder: Path) -> None:
     import pyarrow as pa
     import tomli_w
 
-    from sinssim.recording.page import page_of
-    from sinssim.recording.rerun.exhibit_recording import record
-
-    exhibits = exhibits_of(comparison)
     write_text(folder / "study.toml", tomli_w.dumps(comparison.study.model_dump(exclude_none=True)))
-    write_text(folder / "results.json", json.dumps(to_json(comparison), indent=2, ensure_ascii=False) + "\n")
+    write_json(folder / "results.json", to_json(comparison))
     write_table(pa.table(_columns(Row, comparison.rows)), folder / "results.parquet")
     if comparison.coordinate_errors:
         write_table(pa.table(_coordinate_columns(comparison)), folder / "coordinates.parquet")
-    write_text(folder / "report.html", page_of(exhibits))
-    record(exhibits, folder / "recording.rrd")
+    write_shown(exhibits_of(comparison), folder)
 
 
 def _columns(kind: type, values: Sequence[Any]) -> dict[str, list[Any]]:

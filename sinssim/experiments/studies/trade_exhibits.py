@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.charts import TIME, Axis, Band, Bars, Cells, Chart, Charts, Color, Dots, Line, Mark, Remark
+from sinssim import exhibits
+from sinssim.charts import TIME, Axis, Band, Bars, Cells, Chart, Charts, Color, Dots, Line, Mark, Remark, in_rows
 from sinssim.data import Array
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verbatim
 from sinssim.experiments.studies.trade_cells import Cell, CellNumbers, place_name
@@ -27,18 +28,16 @@ from sinssim.experiments.studies.trade_result import (
     cell_table,
     definitions,
     failure_lines,
-    grids,
     headline,
     instants,
     label_of,
-    limits_on,
     requirement_lines,
     unit_for,
 )
 from sinssim.experiments.studies.trade_schema import Axis as GridAxis
 from sinssim.formatting import capital, number_text
 from sinssim.recording import style
-from sinssim.recording.result import plain, software, versions
+from sinssim.recording.result import plain, software, versions, write_json, write_shown
 from sinssim.recording.streams import write_table
 from sinssim.statistics.percentiles import runs_for_band
 from sinssim.statistics.requirements import Quantity, Requirement
@@ -79,17 +78,23 @@ class Panel:
     low: Array
     high: Array
     met: NDArray[np.bool_]
+    status: NDArray[np.str_]
 
 
 @dataclass(frozen=True)
 class GridOf:
-    """A quantity of a study over its last two axes, a panel for each place on the others."""
+    """A quantity of a study over its last two axes, a panel for each place on the others, of which some are drawn."""
 
     quantity: Quantity
     unit: Unit
     axes: tuple[GridAxis, ...]
-    panels: tuple[Panel, ...]
+    all_panels: tuple[Panel, ...]
     limits: tuple[Requirement, ...]
+
+    @property
+    def panels(self) -> tuple[Panel, ...]:
+        """The panels that are drawn."""
+        return self.all_panels[:MOST_PANELS]
 
     @property
     def key(self) -> str:
@@ -118,23 +123,42 @@ class GridOf:
         ratio = _WIDE_ALONG if along.logarithmic else _WIDE
         return bool(len(self.finite) and self.finite.max() > ratio * self.finite.min())
 
-    def rows(self, charts: Sequence[Chart]) -> tuple[tuple[Chart, ...], ...]:
-        """Return the panels in rows."""
-        return tuple(tuple(charts[k : k + _ACROSS]) for k in range(0, len(charts), _ACROSS))
-
 
 def grid_of(result: TradeResult, quantity: Quantity) -> GridOf:
     """Return a quantity of a study, ready to be drawn."""
     study, inner = result.study, min(len(result.axes), 2)
     value, (low, high) = result.values(quantity), result.band(quantity)
-    limits = limits_on(study, quantity)
+    limits = tuple(
+        requirement for requirement in study.requirements
+        if (requirement.quantity, requirement.when) == (quantity.quantity, quantity.when)
+        and (requirement.when != "at" or requirement.time == quantity.time)
+    )  # fmt: skip
     met = np.full(study.shape, bool(limits))
     for requirement in limits:
         met &= result.verdicts(requirement.text) == "met"
-    panels = []
-    for place in itertools.product(*map(range, study.shape[:-inner])):
-        panels.append(Panel(place_name(study, place), value[place], low[place], high[place], met[place]))
-    return GridOf(quantity, unit_for(result, quantity), study.axes[-inner:], tuple(panels[:MOST_PANELS]), limits)
+    status = np.array([cell.status for cell in result.cells]).reshape(study.shape)
+    panels = [
+        Panel(place_name(study, place), *(part[place] for part in (value, low, high, met, status)))
+        for place in itertools.product(*map(range, study.shape[:-inner]))
+    ]
+    return GridOf(quantity, unit_for(result, quantity), study.axes[-inner:], tuple(panels), limits)
+
+
+def grids(result: TradeResult, quantity: Quantity) -> Iterator[Table]:
+    """Yield a quantity over the last two axes, a table for each place on the others; "*" marks that limits are met."""
+    grid = grid_of(result, quantity)
+    down, across = grid.axes
+    columns = (Column(f"{down.heading} \\ {across.heading}", words=True),
+               *(Column(across.name_of(k)) for k in range(len(across.values))))  # fmt: skip
+    star = "; * meets " + " and ".join(r.text for r in grid.limits) if grid.limits else ""
+    for panel in grid.all_panels:
+        rows = [
+            [down.name_of(i), *((grid.unit.text(v) if status == "finished" else status) + (" *" if met else "")
+                                for v, met, status in zip(*cells, strict=True))]
+            for i, cells in enumerate(zip(panel.value, panel.met, panel.status, strict=True))
+        ]  # fmt: skip
+        fixed_by = f": {panel.title}" if panel.title else ""
+        yield Table(columns, rows, f"{grid.label}, {grid.unit.name}{fixed_by}{star}")
 
 
 def families(axes: Sequence[GridAxis]) -> int:
@@ -174,7 +198,7 @@ def curves(result: TradeResult, quantity: Quantity) -> Charts:
     for number, panel in enumerate(grid.panels):
         x, marks = _family(grid, panel)
         charts.append(Chart(key=f"{grid.key}/{number}", title=panel.title, x=x, y=y, marks=tuple(marks), room=1.12))
-    rows, named = grid.rows(charts), grid.axes[families(grid.axes)].heading if len(grid.axes) == 2 else ""
+    rows, named = in_rows(charts, _ACROSS), grid.axes[families(grid.axes)].heading if len(grid.axes) == 2 else ""
     size = (max(4.6 * len(rows[0]), 6.4) + 2.2, 3.1 * len(rows) + 0.9)
     return Charts(grid.key, rows, size, title=grid.label, note=_band_note(grid), legend="right", share="xy",
                   named=named)  # fmt: skip
@@ -274,11 +298,11 @@ def heat_map(result: TradeResult, quantity: Quantity) -> Charts:
             for axis in (across, down))  # fmt: skip
     charts = []
     for number, panel in enumerate(grid.panels):
-        texts = [["–" if math.isnan(v) else grid.unit.text(v) for v in row] for row in panel.value]
+        texts = [[grid.unit.text(v) for v in row] for row in panel.value]
         marks = Cells(values=panel.value, texts=texts, low=least if log else min(least, 0.999 * most), high=most,
                       log=log, framed=panel.met)  # fmt: skip
         charts.append(Chart(key=f"{grid.key}_map/{number}", title=panel.title, x=x, y=y, marks=(marks,)))
-    rows = grid.rows(charts)
+    rows = in_rows(charts, _ACROSS)
     size = (
         min(max(0.85 * len(across.values) * len(rows[0]) + 2.4, 5.5), 14.0),
         max((0.42 * len(down.values) + 0.75) * len(rows) + 0.8, 2.4),
@@ -349,20 +373,21 @@ def exhibits_of(result: TradeResult) -> Exhibits:
     """Return what a trade study has to show."""
     study, judged = result.study, requirement_lines(result)
     shown, drawn = shown_cells(result), [*pictures(result)]
-    sentences = [*map(Sentence, judged)]
+    sentences, panels = [*map(Sentence, judged)], math.prod(result.shape[:-2])
+    few = f"The figures show {MOST_PANELS} of {panels} panels; the table has all."
+    left = [Sentence(few, "note")] if panels > MOST_PANELS else []
     items: list[Item] = [
         *([Sentence(" ".join(study.description.split()), "lead", on=_PAGE)] if study.description else []),
         Sentence(headline(result), "note", on=_PAGE),
         *(Sentence(note, "strong", on=_PAGE) for note in result.notes),
         *([Section("Requirements", sentences, on=_PAGE)] if judged else []),
         *_grids(result),
-        Section("Trade-offs", [*_panels_left(result), *drawn], on=_PAGE),
+        Section("Trade-offs", [*left, *drawn], on=_PAGE),
         Section("Cells", [item for when in (None, *instants(result)) for item in _cells(result, when)]),
         *(Sentence(line, on=("console",)) for line in judged),
         *([Section("Failed cells", [*map(Sentence, failure_lines(result))])] if result.failures else []),
         *(Sentence(f"{name}: {text}.", on=("console",)) for name, text in definitions(result).items()),
-        Section("Definitions", [Table((Column("", words=True), Column("definition", words=True)),
-                                      list(definitions(result).items()))], on=_PAGE),
+        exhibits.definitions(definitions(result), _PAGE),
         Section("How it was computed", [*_method(result)], on=_PAGE),
     ]  # fmt: skip
     ends = [float(numbers.time[-1]) for _, numbers in shown]
@@ -382,12 +407,6 @@ def _grids(result: TradeResult) -> Iterator[Item]:
         tables = itertools.chain.from_iterable(grids(result, quantity) for quantity in result.study.drawn)
         for number, table in enumerate(tables):
             yield replace(table, on=("console", "recording") if number < most else ("recording",))
-
-
-def _panels_left(result: TradeResult) -> Iterator[Item]:
-    panels = math.prod(result.shape[:-2])
-    if panels > MOST_PANELS:
-        yield Sentence(f"The figures show {MOST_PANELS} of {panels} panels; the table has all.", "note")
 
 
 def _cells(result: TradeResult, when: Quantity | None) -> Iterator[Item]:
@@ -426,21 +445,19 @@ def _method(result: TradeResult) -> Iterator[Item]:
 def to_json(result: TradeResult) -> dict[str, Any]:
     """Return the contents of `results.json`; unknown numbers are None."""
     study = result.study
-    cells = []
-    for cell in result.cells:
-        numbers = cell.numbers
-        cells.append(
-            {
-                "cell": cell.number,
-                "settings": study.settings(cell.place),
-                "status": cell.status,
-                "failure": cell.failure,
-                "values": {} if numbers is None else numbers.values,
-                "requirements": [] if numbers is None else [vars(verdict) for verdict in numbers.verdicts],
-                "digest": result.digest(cell.number),
-                "command": result.command(cell.number),
-            }
-        )
+    cells = [
+        {
+            "cell": cell.number,
+            "settings": study.settings(cell.place),
+            "status": cell.status,
+            "failure": cell.failure,
+            "values": {} if cell.numbers is None else cell.numbers.values,
+            "requirements": [] if cell.numbers is None else [vars(verdict) for verdict in cell.numbers.verdicts],
+            "digest": cell.digest,
+            "command": result.command(cell.number),
+        }
+        for cell in result.cells
+    ]
     axes = [
         {"name": axis.title, "keys": list(axis.paths), "unit": axis.unit, "values": list(axis.values),
          "labels": list(axis.labels)}
@@ -471,18 +488,15 @@ def write_trade(result: TradeResult, folder: Path) -> None:
     import tomli_w
 
     from sinssim.recording.figures import figure_of, save
-    from sinssim.recording.page import page_of
-    from sinssim.recording.rerun.exhibit_recording import markdown, record
+    from sinssim.recording.rerun.exhibit_recording import markdown
 
-    exhibits = exhibits_of(result)
+    shown = exhibits_of(result)
     write_text(folder / "study.toml", tomli_w.dumps(result.study.model_dump(exclude_none=True)))
-    text = json.dumps(to_json(result), indent=2, ensure_ascii=False, allow_nan=False)
-    write_text(folder / "results.json", text + "\n")
+    write_json(folder / "results.json", to_json(result))
     write_table(result.to_table(), folder / "results.parquet")
-    write_text(folder / "summary.md", markdown(exhibits))
-    for key in exhibits.pictures:
-        picture = figure_of(exhibits.chosen(key))
+    write_text(folder / "summary.md", markdown(shown))
+    for key in shown.pictures:
+        picture = figure_of(shown.chosen(key))
         for ending in (".svg", ".png"):
             save(picture, folder / f"{key}{ending}")
-    write_text(folder / "report.html", page_of(exhibits))
-    record(exhibits, folder / "recording.rrd")
+    write_shown(shown, folder)

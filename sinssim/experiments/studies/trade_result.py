@@ -6,9 +6,8 @@ quantity, which cells meet what.
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,10 +17,9 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError, shortened, unknown_name
-from sinssim.exhibits import Column, Table
 from sinssim.experiments.studies.trade_cells import Cell, command_of, place_name
 from sinssim.experiments.studies.trade_schema import Axis, TradeStudy, value_text
-from sinssim.formatting import capital, number_text
+from sinssim.formatting import number_text, percent, two_digits, with_band
 from sinssim.recording.result import Media, Result
 from sinssim.statistics.circular_error import END
 from sinssim.statistics.percentiles import runs_for_band
@@ -386,7 +384,7 @@ def cell_table(
             continue
         row += [_value(cell, q, units[q], bands and q.quantity in SHARES) for q in shown]
         if nees:
-            row += [number_text(cell.value("nees_mean")), _percent(cell.value("nees_share_in_band"))]
+            row += [number_text(cell.value("nees_mean")), percent(cell.value("nees_share_in_band"))]
         rows.append(row + [verdict_text(cell, requirement) for requirement in judged])
     return heads, rows, 1 + len(study.axes)
 
@@ -397,14 +395,8 @@ def names(result: TradeResult, cell: Cell) -> list[str]:
 
 
 def _value(cell: Cell, quantity: Quantity, unit: Unit, band: bool) -> str:
-    text, column = unit.text(cell.value(quantity.column)), quantity.column
-    if not band or math.isnan(cell.value(f"{column}_low")):
-        return text
-    return f"{text} ({unit.text(cell.value(f'{column}_low'))} … {unit.text(cell.value(f'{column}_high'))})"
-
-
-def _percent(value: float) -> str:
-    return "–" if math.isnan(value) else f"{100.0 * value:.0f} %"
+    value, low, high = (cell.value(f"{quantity.column}{end}") for end in ("", "_low", "_high"))
+    return with_band(value, low, high, unit.size) if band and not math.isnan(low) else unit.text(value)
 
 
 def verdict_text(cell: Cell, requirement: Requirement) -> str:
@@ -414,37 +406,6 @@ def verdict_text(cell: Cell, requirement: Requirement) -> str:
         return ""
     shown = requirement.when == "end" and requirement.quantity in _SHOWN
     return MARKS[verdict.verdict] + (f": {verdict.text}" if verdict.text and not shown else "")
-
-
-def limits_on(study: TradeStudy, quantity: Quantity) -> tuple[Requirement, ...]:
-    """Return the requirements on a quantity."""
-    return tuple(
-        requirement for requirement in study.requirements
-        if (requirement.quantity, requirement.when) == (quantity.quantity, quantity.when)
-        and (requirement.when != "at" or requirement.time == quantity.time)
-    )  # fmt: skip
-
-
-def grids(result: TradeResult, quantity: Quantity) -> Iterator[Table]:
-    """Yield a quantity over the last two axes, a table for each place on the others; "*" marks that limits are met."""
-    study = result.study
-    unit, down, across = unit_for(result, quantity), study.axes[-2], study.axes[-1]
-    limits = limits_on(study, quantity)
-    columns = (Column(f"{down.heading} \\ {across.heading}", words=True),
-               *(Column(across.name_of(k)) for k in range(len(across.values))))  # fmt: skip
-    for place in itertools.product(*map(range, study.shape[:-2])):
-        rows = []
-        for i in range(len(down.values)):
-            row = [down.name_of(i)]
-            for k in range(len(across.values)):
-                cell = result.cells[int(np.ravel_multi_index((*place, i, k), study.shape))]
-                met = bool(limits) and all((v := cell.verdict(r.text)) and v.verdict == "met" for r in limits)
-                text = unit.text(cell.value(quantity.column)) if cell.status == "finished" else cell.status
-                row.append(f"{text} *" if met else text)
-            rows.append(row)
-        star = "; * meets " + " and ".join(r.text for r in limits) if limits else ""
-        fixed = f": {place_name(study, place)}" if place else ""
-        yield Table(columns, rows, capital(f"{label_of(quantity)}, {unit.name}{fixed}{star}"))
 
 
 def requirement_lines(result: TradeResult) -> list[str]:
@@ -473,7 +434,7 @@ def _met(result: TradeResult, requirements: Sequence[Requirement]) -> str:
         text += f" ({'; '.join(map(result.name, numbers)) if len(met) <= _NAMED else _ranges(numbers)})"
     if undecided:
         more = [v.more_runs for cell in undecided for r in requirements if (v := cell.verdict(r.text)) and v.more_runs]
-        hint = f"; about {_rounded(max(more))} more runs would decide them" if more and len(requirements) == 1 else ""
+        hint = f"; about {two_digits(max(more))} more runs would decide them" if more and len(requirements) == 1 else ""
         text += f", undecided in {len(undecided)}{hint}"
     return text + "."
 
@@ -488,10 +449,6 @@ def _ranges(numbers: Sequence[int]) -> str:
             parts.append([number])
     words = (f"{p[0]}–{p[-1]}" if len(p) > 2 else ", ".join(map(str, p)) for p in parts)
     return f"numbers {', '.join(words)}"
-
-
-def _rounded(number: int) -> int:
-    return round(number, 2 - len(str(number))) if number >= 100 else number
 
 
 def failure_lines(result: TradeResult) -> list[str]:

@@ -11,10 +11,10 @@ import pytest
 
 import sinssim
 from sinssim.experiments.ensembles.ensemble_exhibits import (
+    _with_band,
     _with_error,
     exhibits_of,
     scales_of,
-    with_band,
     write_ensemble,
 )
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
@@ -119,7 +119,7 @@ def test_a_value_has_the_decimals_of_its_standard_error() -> None:
 
 def test_percentiles_with_bands_as_text() -> None:
     assert (
-        with_band(Percentile(0.5, np.array(0.5), np.array(0.25), np.array(np.inf), 0.95, np.array(9.0)))
+        _with_band(Percentile(0.5, np.array(0.5), np.array(0.25), np.array(np.inf), 0.95, np.array(9.0)))
         == "0.500 (0.250 … ∞)"
     )
 

@@ -11,17 +11,16 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.experiments.studies.trade_cells import Cell, CellNumbers, cells_of
-from sinssim.experiments.studies.trade_exhibits import exhibits_of
+from sinssim.experiments.studies.trade_exhibits import exhibits_of, grids
 from sinssim.experiments.studies.trade_result import (
     TradeResult,
-    _rounded,
     cell_table,
-    grids,
     headline,
     requirement_lines,
     unit_for,
 )
 from sinssim.experiments.studies.trade_run import TradeMedia
+from sinssim.formatting import two_digits
 from sinssim.recording.rerun.exhibit_recording import markdown
 from sinssim.statistics.requirement_verdict import VerdictInUnit, Word
 from sinssim.statistics.requirements import Quantity
@@ -159,7 +158,7 @@ def test_markdown(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("runs", "said"), [(7, 7), (98, 98), (137, 140), (1234, 1200), (98_765, 99_000)])
 def test_further_runs_have_two_digits(runs: int, said: int) -> None:
-    assert _rounded(runs) == said
+    assert two_digits(runs) == said
 
 
 def test_one_requirement_that_is_not_met_decides_for_all(tmp_path: Path) -> None:

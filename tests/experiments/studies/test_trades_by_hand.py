@@ -15,14 +15,13 @@ import pytest
 from sinssim.errors import InputError
 from sinssim.experiments.studies import trade_cells, trade_exhibits
 from sinssim.experiments.studies.trade_cells import cells_of, command_of
-from sinssim.experiments.studies.trade_exhibits import exhibits_of, growth, to_json
+from sinssim.experiments.studies.trade_exhibits import exhibits_of, grids, growth, to_json
 from sinssim.experiments.studies.trade_result import (
     TradeResult,
     Unit,
     cell_table,
     definitions,
     failure_lines,
-    grids,
     headline,
     instants,
     label_of,
