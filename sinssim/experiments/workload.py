@@ -14,11 +14,15 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from functools import partial
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 from sinssim.errors import InputError
 from sinssim.formatting import duration_text
 from sinssim.progress import Progress
+from sinssim.scenario.planned_limits import expected_duration
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
 
 Task = TypeVar("Task")
 Part = Callable[[Any], None]
@@ -39,7 +43,7 @@ class WorkerDiedError(Exception):
 
 
 class Executor(ABC, Generic[Task]):
-    """Computes tasks."""
+    """Computes tasks until it is stopped; a context manager that stops it."""
 
     death: type[Exception] = WorkerDiedError
     lives = 1
@@ -56,6 +60,12 @@ class Executor(ABC, Generic[Task]):
     def failure(self, task: Task, death: Exception) -> Exception:
         """Return the error of an experiment that ends because workers died on a task."""
         return death
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
 
 
 class Threads(Executor[Task]):
@@ -108,10 +118,10 @@ def work_through(
     on_done: Callable[[Task, Any], None],
     on_part: Callable[[Task, Any], None] = lambda task, finished: None,
 ) -> None:
-    """Compute tasks by an executor, which is stopped at the end; a task whose worker dies is begun again.
+    """Compute tasks by an executor; a task whose worker dies is begun again.
 
     A task and its result go to `on_done`, in this thread; what it has finished so far goes to `on_part`. The first
-    error of a task, or an interruption, is raised; the other tasks are abandoned.
+    error of a task, or an interruption, is raised; the caller stops the executor, which abandons the other tasks.
     """
     answers, deaths = queue.SimpleQueue[tuple[int, Any]](), Counter[int]()
 
@@ -119,36 +129,33 @@ def work_through(
         future = executor.submit(tasks[number], lambda finished: answers.put((number, finished)))
         future.add_done_callback(lambda done: answers.put((number, done)))
 
-    try:
-        for number in range(len(tasks)):
+    for number in range(len(tasks)):
+        begin(number)
+    left = len(tasks)
+    while left:
+        try:
+            number, answer = answers.get(timeout=_POLL)  # wakes up often, so that Ctrl-C takes effect
+        except queue.Empty:
+            continue
+        if not isinstance(answer, Future):
+            on_part(tasks[number], answer)
+            continue
+        try:
+            result = answer.result()
+        except executor.death as death:
+            deaths[number] += 1
+            if deaths[number] >= executor.lives:
+                raise executor.failure(tasks[number], death) from death
+            on_part(tasks[number], 0)
             begin(number)
-        left = len(tasks)
-        while left:
-            try:
-                number, answer = answers.get(timeout=_POLL)  # wakes up often, so that Ctrl-C takes effect
-            except queue.Empty:
-                continue
-            if not isinstance(answer, Future):
-                on_part(tasks[number], answer)
-                continue
-            try:
-                result = answer.result()
-            except executor.death as death:
-                deaths[number] += 1
-                if deaths[number] >= executor.lives:
-                    raise executor.failure(tasks[number], death) from death
-                on_part(tasks[number], 0)
-                begin(number)
-                continue
-            on_done(tasks[number], result)
-            left -= 1
-    finally:
-        executor.stop()
+            continue
+        on_done(tasks[number], result)
+        left -= 1
 
 
 LIMIT_MINUTES = 30.0
 """Expected duration above which a study is refused unless a higher limit is given."""
-FLIGHT_SPEED = 250.0
+_FLIGHT_SPEED = 250.0
 """Speed of JSBSim relative to real time."""
 LONG_SECONDS = 30.0
 """Expected duration above which a study is announced."""
@@ -158,6 +165,15 @@ _SURE_AFTER = 10.0
 
 class TooLongError(InputError):
     """The study would take longer than allowed."""
+
+
+def flight_wait(scenario: Scenario) -> float:
+    """Return how long the flight of a scenario takes to be flown, s; 0 if it is in the cache, and for other motions."""
+    from sinssim.truth.flight.flight import is_cached
+
+    if scenario.flight is None or is_cached(scenario.flight, scenario.seed):
+        return 0.0
+    return expected_duration(scenario) / _FLIGHT_SPEED
 
 
 def check_limit(limit_minutes: float) -> None:

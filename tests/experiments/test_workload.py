@@ -25,7 +25,8 @@ def test_parts_and_results_of_all_tasks() -> None:
         assert threading.get_ident() == caller
         heard.append((task, result))
 
-    work_through(range(4), Threads(2, lambda stop: compute), on_done, lambda task, part: heard.append((task, part)))
+    with Threads(2, lambda stop: compute) as threads:
+        work_through(range(4), threads, on_done, lambda task, part: heard.append((task, part)))
     for task in range(4):
         assert [what for number, what in heard if number == task] == [*range(task), f"task {task}"]
     assert not [one for one in threading.enumerate() if one.name == "work"]
@@ -49,13 +50,12 @@ def test_a_task_whose_worker_dies_is_begun_again() -> None:
             return ValueError(f"{task}: {death}")
 
     limit, done = 2, list[Any]()
-    work_through(
-        ["a"], Mortal(1, lambda stop: compute), lambda *pair: done.append(pair), lambda _, part: parts.append(part)
-    )
+    with Mortal(1, lambda stop: compute) as threads:
+        work_through(["a"], threads, lambda *pair: done.append(pair), lambda _, part: parts.append(part))
     assert (done, parts) == ([("a", 9)], [7, 0, 7, 0, 7])
     deaths[0], limit = 0, 3
-    with pytest.raises(ValueError, match="a: SIGKILL"):
-        work_through(["a"], Mortal(1, lambda stop: compute), lambda *pair: done.append(pair))
+    with pytest.raises(ValueError, match="a: SIGKILL"), Mortal(1, lambda stop: compute) as threads:
+        work_through(["a"], threads, lambda *pair: done.append(pair))
     assert deaths == [3]
 
 
@@ -85,7 +85,7 @@ def test_the_others_are_abandoned(stop: BaseException) -> None:
 
     executor = Threads[int](2, lambda event: lambda task, part: compute(task, part) if task or not event.wait(0) else 0)
     begin = time.monotonic()
-    with pytest.raises(type(stop)):
+    with pytest.raises(type(stop)), executor:
         work_through(range(2), executor, lambda *_: None, on_part)
     assert time.monotonic() - begin < 5.0
     assert len(ended) == 1

@@ -3,11 +3,11 @@
 A run is computed by the same functions, on the same numbers, as by `sinssim run`, and has the same bits. Of aided runs,
 what the filter states about the errors is kept, too.
 
-Processes are for runs with a filter, which hold Python's lock most of the time. One starts before there is work for
-it, and loads the program while the ensemble is planned; then it is sent the plan, with the true motion that all runs
-share. A task on a cluster of dask.distributed (the extra `cluster`) computes a group of runs and writes its own file
-into the ensemble's directory, which all workers must see. A worker that dies costs its group, which another computes
-again.
+A task is a group of runs of any ensemble, and writes its own file. Processes are for runs with a filter, which hold
+Python's lock most of the time. One starts before there is work for it, and loads the program while the ensemble is
+planned; then it is sent the plan, with the true motion that all runs share, and later the next one. All workers of a
+cluster of dask.distributed (the extra `cluster`) must see the ensemble's directory. A worker that dies costs its group,
+which another computes again.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from concurrent.futures import Future
 from contextlib import ExitStack
 from functools import lru_cache
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +54,14 @@ if TYPE_CHECKING:
     from sinssim.estimation import Estimate
     from sinssim.simulation.truth_and_sensors import Sensed
     from sinssim.simulation.truth_comparison import Aided
+
+
+class Group(NamedTuple):
+    """A task: some runs of an ensemble, and the folder of its files."""
+
+    plan: Plan
+    runs: range
+    folder: Path
 
 
 def errors_of_runs(plan: Plan, runs: range, truths: TruthCache, on_run: OnRun | None = None) -> RunErrors:
@@ -85,15 +93,14 @@ def errors_of_runs(plan: Plan, runs: range, truths: TruthCache, on_run: OnRun | 
     return errors
 
 
-def make_chunk(
-    plan: Plan, runs: range, folder: Path, truths: TruthCache, on_part: Callable[[int], None] = lambda count: None
-) -> None:
+def make_chunk(group: Group, truths: TruthCache, on_part: Callable[[int], None] = lambda count: None) -> None:
     """Compute a group of runs and write its file; `on_part` is called with the number of its runs that are finished.
 
     It may be done twice, by any process: the file is the same and is renamed into place.
     """
     finished = itertools.count(1)
-    write_chunk(errors_of_runs(plan, runs, truths, lambda: on_part(next(finished))), plan, folder)
+    errors = errors_of_runs(group.plan, group.runs, truths, lambda: on_part(next(finished)))
+    write_chunk(errors, group.plan, group.folder)
 
 
 def errors_of_run(plan: Plan, run: Member, truths: TruthCache, errors: RunErrors, row: int) -> None:
@@ -219,58 +226,57 @@ def _store_nis(plan: Plan, estimate: Estimate, errors: RunErrors, row: int) -> N
         errors.nis[name][row], errors.nis_freedom[name][row] = square, freedom
 
 
-class SparePool:
-    """Processes that have started and have no work yet; a context manager that ends those without work."""
-
-    def __init__(self, number: int) -> None:
-        """Start processes."""
-        self._spare = [_start() for _ in range(number)]
-
-    def take(self) -> subprocess.Popen[bytes]:
-        """Return a process without work: one that has started already, or another one."""
-        try:
-            return self._spare.pop()
-        except IndexError:
-            return _start()
-
-    def __enter__(self) -> SparePool:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        for process in self._spare:
-            process.kill()
-            process.wait()
-        self._spare.clear()
-
-
-class Processes(Threads[range]):
+class Processes(Threads[Group]):
     """Threads that each have their groups of runs computed by a process, which is sent the motion that runs share."""
 
     lives = 3
 
-    def __init__(self, number: int, plan: Plan, folder: Path, spare: SparePool, truths: TruthCache) -> None:
-        task = _task(plan, folder, truths)
-        super().__init__(number, lambda stop: _Process(task, spare, stop).compute)
+    def __init__(self, number: int, truths: TruthCache, early: int = 0) -> None:
+        """Start some processes `early`, before there is work for them; the others start when they are needed."""
+        super().__init__(number, lambda stop: _Process(self, stop).compute)
+        self._truths, self._ready = truths, [_start() for _ in range(early)]
+        self._lock = threading.Lock()
+        self._last: tuple[Plan | None, bytes] = (None, b"")
 
-    def failure(self, task: range, death: Exception) -> RunError:
+    def take(self) -> subprocess.Popen[bytes]:
+        """Return a process without work: one that has started already, or another one."""
+        try:
+            return self._ready.pop()
+        except IndexError:
+            return _start()
+
+    def told(self, plan: Plan) -> bytes:
+        """Return what a process is told before the first group of runs of a plan: the plan, and the runs' motion."""
+        with self._lock:
+            if self._last[0] is not plan:
+                self._last = plan, _told(plan, self._truths)
+            return self._last[1]
+
+    def stop(self) -> None:
+        super().stop()
+        while self._ready:
+            process = self._ready.pop()
+            process.kill()
+            process.wait()
+
+    def failure(self, task: Group, death: Exception) -> RunError:
         return RunError(
-            f"{self.lives} processes died while computing the runs {task.start} to {task.stop - 1} of the "
+            f"{self.lives} processes died while computing the runs {task.runs.start} to {task.runs.stop - 1} of the "
             f"ensemble, the last one by {death}. All other finished runs are kept; a machine with more "
             "memory, or fewer --threads, may help."
         )
 
 
-def _task(plan: Plan, folder: Path, truths: TruthCache) -> bytes:
-    """Return what a process is told before the first group of runs: plan, folder, and the motion that runs share."""
+def _told(plan: Plan, truths: TruthCache) -> bytes:
     shared = None if motions_differ(plan.scenario) else truths.of(plan.scenario)
     try:
-        return pickle.dumps((plan, folder, shared), pickle.HIGHEST_PROTOCOL)
+        return pickle.dumps((plan, shared), pickle.HIGHEST_PROTOCOL)
     except (pickle.PicklingError, AttributeError, TypeError):  # a motion of functions is computed by each process
-        return pickle.dumps((plan, folder, None), pickle.HIGHEST_PROTOCOL)
+        return pickle.dumps((plan, None), pickle.HIGHEST_PROTOCOL)
 
 
 def _start() -> subprocess.Popen[bytes]:
-    """Start a process that loads the program and waits for its task."""
+    """Start a process that loads the program and waits for its tasks."""
     program = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import serve; serve()"
     # In its own process group: Ctrl-C reaches only this process, which then ends the other.
     return subprocess.Popen(
@@ -282,19 +288,25 @@ def _start() -> subprocess.Popen[bytes]:
 class _Process:
     """A worker process, taken when first needed, and another one after it died."""
 
-    def __init__(self, task: bytes, spare: SparePool, stop: threading.Event) -> None:
-        self._task, self._spare, self._stop = task, spare, stop
+    def __init__(self, pool: Processes, stop: threading.Event) -> None:
+        self._pool, self._stop = pool, stop
         self._process: subprocess.Popen[bytes] | None = None
+        self._plan: Plan | None = None
         threading.Thread(target=self._kill_on_stop, daemon=True).start()
 
-    def compute(self, runs: range, part: Part) -> None:
+    def compute(self, group: Group, part: Part) -> None:
         """Have a group computed; WorkerDiedError if the process dies."""
-        process = self._process or self._begin()
+        if self._process is None:
+            self._process, self._plan = self._pool.take(), None
+        process = self._process
         assert process.stdin is not None
         assert process.stdout is not None
         try:
             with contextlib.suppress(BrokenPipeError):
-                pickle.dump(runs, process.stdin)
+                if self._plan is not group.plan:
+                    process.stdin.write(self._pool.told(group.plan))
+                    self._plan = group.plan
+                pickle.dump((group.runs, group.folder), process.stdin)
                 process.stdin.flush()
             while (answer := _received(process.stdout)) is not None:
                 kind, value = answer
@@ -310,14 +322,6 @@ class _Process:
             raise Abandoned
         code, self._process = process.wait(), None
         raise WorkerDiedError(signal.Signals(-code).name if code < 0 else f"exit code {code}")
-
-    def _begin(self) -> subprocess.Popen[bytes]:
-        self._process = process = self._spare.take()
-        assert process.stdin is not None
-        with contextlib.suppress(BrokenPipeError):
-            process.stdin.write(self._task)
-            process.stdin.flush()
-        return process
 
     def _kill_on_stop(self) -> None:
         self._stop.wait()
@@ -349,12 +353,14 @@ def serve() -> None:
 
     truths = TruthCache()
     try:
-        task = _received(sys.stdin.buffer)
-        if task is not None and task[2] is not None:
-            truths.keep(task[0].scenario, task[2])
-        while task is not None and (runs := _received(sys.stdin.buffer)) is not None:
+        while (task := _received(sys.stdin.buffer)) is not None:
+            if isinstance(task[0], Plan):
+                plan, shared = task
+                if shared is not None:
+                    truths.keep(plan.scenario, shared)
+                continue
             try:
-                make_chunk(task[0], runs, task[1], truths, lambda count: answer("part", count))
+                make_chunk(Group(plan, *task), truths, lambda count: answer("part", count))
             except (BrokenPipeError, KeyboardInterrupt):
                 raise
             except BaseException as error:
@@ -382,20 +388,20 @@ def _truths() -> TruthCache:
     return TruthCache()
 
 
-def compute_task(plan: Plan, folder: str, runs: range) -> None:
+def compute_task(group: Group) -> None:
     """Compute a group of runs on a worker; InputError if it does not see the folder."""
-    if not Path(folder).is_dir():
+    if not group.folder.is_dir():
         raise InputError(
-            f"a worker on {os.uname().nodename} does not see the folder {folder}. All workers need the same file "
+            f"a worker on {os.uname().nodename} does not see the folder {group.folder}. All workers need the same file "
             "system: give a directory on a shared one with -o."
         )
-    make_chunk(plan, runs, Path(folder), _truths())
+    make_chunk(group, _truths())
 
 
-class Cluster(Executor[range]):
+class Cluster(Executor[Group]):
     """A dask cluster; its scheduler begins a group of runs anew whose worker has died."""
 
-    def __init__(self, plan: Plan, folder: Path, *, workers: int | None, scheduler: str | None) -> None:
+    def __init__(self, workers: int | None, scheduler: str | None) -> None:
         """Connect to a scheduler, for example "tcp://10.0.0.1:8786", or start a number of workers on this machine."""
         try:
             import dask
@@ -406,7 +412,6 @@ class Cluster(Executor[range]):
                 "pip install 'sinssim[cluster]'."
             ) from error
         self.death = KilledWorker
-        self._plan, self._folder = plan, str(folder)
         with ExitStack() as stack:
             stack.enter_context(dask.config.set(_SETTINGS))
             if scheduler is None:
@@ -422,17 +427,17 @@ class Cluster(Executor[range]):
             stack.callback(self._executor.shutdown, wait=False)
             self._stack = stack.pop_all()
 
-    def submit(self, task: range, part: Part) -> Future[Any]:
-        future: Future[Any] = self._executor.submit(compute_task, self._plan, self._folder, task)
+    def submit(self, task: Group, part: Part) -> Future[Any]:
+        future: Future[Any] = self._executor.submit(compute_task, task)
         return future
 
     def stop(self) -> None:
         self._stack.close()
 
-    def failure(self, task: range, death: Exception) -> RunError:
+    def failure(self, task: Group, death: Exception) -> RunError:
         return RunError(
-            f"{_TASK_LIVES} workers died while computing the runs {task.start}-{task.stop - 1} of the ensemble. All "
-            "other finished runs are kept; workers with more memory may help."
+            f"{_TASK_LIVES} workers died while computing the runs {task.runs.start}-{task.runs.stop - 1} of the "
+            "ensemble. All other finished runs are kept; workers with more memory may help."
         )
 
 

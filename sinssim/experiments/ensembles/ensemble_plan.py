@@ -236,8 +236,14 @@ _CHUNK = 64
 """Runs in a file: a task of a minute or less."""
 LONG_CHUNK = 8
 """Runs in a file, if each has a filter or a flight of its own, and takes as long as tens of others."""
-_WITHOUT_EFFECT = ("name", "description", "views", "output", "recording")
+WITHOUT_EFFECT = ("name", "description", "views", "output", "recording")
 """Keys of a scenario that do not change a number of its runs."""
+
+
+def contents_of(scenario: Scenario, *without: str) -> dict[str, Any]:
+    """Return the keys of a scenario on which numbers depend, by key, some left out, with the digests of own content."""
+    contents = scenario.contents(without=(*WITHOUT_EFFECT, "use", *without))
+    return contents | ({"own_content": files} if (files := own_digests(scenario)) else {})
 
 
 @short_repr
@@ -287,11 +293,11 @@ class Plan:
     @property
     def contents(self) -> dict[str, Any]:
         """The keys of the scenario on which the numbers of a run depend, without seed and number of runs."""
-        contents = self.scenario.contents(without=(*_WITHOUT_EFFECT, "seed", "ensemble", "use"))
-        if files := own_digests(self.scenario):
-            contents["own_content"] = files
         vary = [variation.model_dump() for variation in self.scenario.ensemble.vary] if self.scenario.ensemble else []
-        return {**contents, "ensemble": {"solution": self.solution, "vary": json.loads(json.dumps(vary))}}
+        return {
+            **contents_of(self.scenario, "seed", "ensemble"),
+            "ensemble": {"solution": self.solution, "vary": json.loads(json.dumps(vary))},
+        }
 
     @cached_property
     def digest(self) -> str:
@@ -344,7 +350,7 @@ def make_plan(
     north, east, _ = (float(v) for v in truth.state.velocity_ned[-1])
     course = math.atan2(east, north) if math.hypot(north, east) > _MOVES else math.nan
     return Plan(
-        scenario, solution, epochs, float(truth.time[0]), chunk, blocks, sensors, _flight(scenario), course, extra
+        scenario, solution, epochs, float(truth.time[0]), chunk, blocks, sensors, flight_digest(scenario), course, extra
     )
 
 
@@ -433,7 +439,8 @@ def _with_times(
     return np.unique(np.append(epochs, extra)), extra
 
 
-def _flight(scenario: Scenario) -> str:
+def flight_digest(scenario: Scenario) -> str:
+    """Return the digest of a scenario's flight or of the file of its track, "" for another motion."""
     if scenario.track is not None:
         return scenario.track.digest()
     if scenario.flight is None:

@@ -12,13 +12,13 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from sinssim.errors import InputError, RunError, shortened
 from sinssim.exhibits import Exhibits
 from sinssim.experiments.ensembles.ensemble_directory import EnsembleDirectory, kept_epochs, missing, write_chunk
 from sinssim.experiments.ensembles.ensemble_errors import AT_ONCE, IN_MEMORY, bytes_of
-from sinssim.experiments.ensembles.ensemble_execution import Cluster, Processes, SparePool, make_chunk
+from sinssim.experiments.ensembles.ensemble_execution import Cluster, Group, Processes, make_chunk
 from sinssim.experiments.ensembles.ensemble_exhibits import exhibits_of, to_json, write_ensemble
 from sinssim.experiments.ensembles.ensemble_plan import AIDED, LONG_CHUNK, TruthCache, make_plan, with_runs
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
@@ -189,21 +189,23 @@ def ensemble(
     wanted = parse_requirements(require)
     if until_decided and not wanted:
         raise InputError("until_decided (--until-decided) needs a requirement: give one with require (--require).")
-    tell, later = say or (lambda text: None), resume or workers is not None or scheduler is not None
-    with shown(progress) as report, _spare(scenario, count, threads, later=later) as spare:
+    tell, instants = say or (lambda text: None), tuple(map(float, times))
+    with shown(progress) as report, Workers(threads, workers, scheduler) as hands:
+        if not resume:  # an ensemble that is continued may need no runs
+            hands.start_early(scenario, count)
         report("Flying", 0.0)
-        how = _How(TruthCache(), spare, threads, workers, scheduler, tuple(float(time) for time in times))
         stored = kept_epochs(Path(directory)) if resume and directory is not None else None
         warn_of_limits(scenario)
-        plan = with_runs(make_plan(scenario, how.truths, wanted, stored, how.times), count)
+        plan = with_runs(make_plan(scenario, hands.truths, wanted, stored, instants), count)
         check_memory(plan, count)
         looks = Looks(wanted, count, until_decided)
         if directory is None:
             with Draft() as place, EnsembleDirectory(place.path / "ensemble", plan) as folder:
-                return replace(_judged(folder, looks, how, report, tell), directory=None)
+                result = _Ensemble(folder, hands, report, tell, instants).judged(looks)
+                return replace(result, directory=None)
         with EnsembleDirectory(Path(directory), plan, resume=resume, overwrite=overwrite) as folder:
-            check_kept(plan, wanted, how.times)
-            return _written(folder, looks, how, report, tell)
+            check_kept(plan, wanted, instants)
+            return _Ensemble(folder, hands, report, tell, instants).written(looks)
 
 
 def stored_runs(
@@ -212,155 +214,193 @@ def stored_runs(
     directory: Path,
     *,
     times: Iterable[float],
-    truths: TruthCache,
-    threads: int | None,
+    hands: Workers,
     progress: Progress,
     say: Callable[[str], None],
 ) -> EnsembleResult:
     """Run an ensemble, or continue it, in a directory without a report: a part of something larger.
 
-    The options are those of `ensemble`. True motions are kept in `truths` between ensembles. An interruption leaves the
-    finished groups of runs in the directory.
+    The options are those of `ensemble`. The workers stay for the next ensemble. An interruption leaves the finished
+    groups of runs in the directory.
     """
     count = _whole("runs", (scenario.ensemble or EnsembleSection()).runs if runs is None else runs, MOST_RUNS)
-    plan = with_runs(make_plan(scenario, truths, times=times), count)
+    plan = with_runs(make_plan(scenario, hands.truths, times=times), count)
     check_memory(plan, count)
     with EnsembleDirectory(directory, plan, resume=True) as folder:
-        return _continued(folder, count, _How(truths, SparePool(0), threads, None, None), progress, say)
+        return _Ensemble(folder, hands, progress, say).continued(count)
 
 
-def write_result(result: EnsembleResult, directory: Path, *, overwrite: bool) -> Path:
-    """Write the directory of an ensemble that was kept in memory; it can be extended as any other."""
-    plan = result.plan
-    with EnsembleDirectory(directory, plan, overwrite=overwrite) as folder:
-        for runs in missing([], len(result), plan.chunk):
-            write_chunk(result.errors, plan, folder.folder, slice(runs.start, runs.stop))
-        _write(folder, result, "finished")
-        return folder.path
+class Workers:
+    """Computes groups of runs by threads, processes or a cluster, which stay for those of the next ensemble.
+
+    A context manager that ends them.
+    """
+
+    def __init__(self, threads: int | None = None, workers: int | None = None, scheduler: str | None = None) -> None:
+        """Begin without any: as many threads, or workers, as given, or a scheduler; by default as many as cores."""
+        self.truths = TruthCache()
+        self._threads, self._workers, self._scheduler = threads, workers, scheduler
+        self._executor: Executor[Group] | None = None
+        self._kind = ("", 0)
+
+    def start_early(self, scenario: Scenario, count: int) -> None:
+        """Start the processes of runs with a filter, so that they load the program while the ensemble is planned."""
+        solution = None if scenario.ensemble is None else scenario.ensemble.solution
+        number = self._threads or os.cpu_count() or 1
+        early = min(number, -(-count // LONG_CHUNK))
+        here = self._workers is None and self._scheduler is None
+        if here and early > 1 and scenario.filter is not None and solution in (None, AIDED):
+            self._executor, self._kind = Processes(number, self.truths, early), ("processes", number)
+
+    def compute(self, groups: Sequence[Group], counter: _Counter) -> None:
+        """Compute groups of runs of one ensemble. After an error or an interruption the others are abandoned."""
+        try:
+            executor = self._executor_for(groups)
+            work_through(groups, executor, lambda group, _: counter.count(group.runs, len(group.runs)),
+                         lambda group, finished: counter.count(group.runs, finished))  # fmt: skip
+        except BaseException:
+            self.stop()
+            raise
+
+    def _executor_for(self, groups: Sequence[Group]) -> Executor[Group]:
+        """Return the executor that suits some groups: the one of before, if it does."""
+        plan, truths = groups[0].plan, self.truths
+        number = self._threads or runs_at_a_time(plan)
+        kind = "processes" if plan.filtered and min(number, len(groups)) > 1 else "threads"
+        if self._workers is not None or self._scheduler is not None:
+            kind, number = "cluster", 0
+        if self._executor is None or (kind, number) != self._kind:
+            self.stop()
+            if kind == "cluster":
+                self._executor = Cluster(self._workers, self._scheduler)
+            elif kind == "processes":
+                self._executor = Processes(number, truths)
+            else:
+                self._executor = Threads(number, lambda stop: lambda group, part: make_chunk(group, truths, part))
+            self._kind = kind, number
+        return self._executor
+
+    def stop(self) -> None:
+        """End the workers; others start when they are needed."""
+        if self._executor is not None:
+            self._executor.stop()
+            self._executor = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
 
 
 @dataclass(frozen=True)
-class _How:
-    """How runs are computed: true motions kept in this process; its processes; threads, workers or a scheduler.
+class _Ensemble:
+    """The computation of an ensemble in its directory; `times` are those of further lines of the tables, s."""
 
-    `times` are those of further lines of the tables.
-    """
-
-    truths: TruthCache
-    spare: SparePool
-    threads: int | None
-    workers: int | None
-    scheduler: str | None
+    folder: EnsembleDirectory
+    hands: Workers
+    report: Progress
+    say: Callable[[str], None]
     times: tuple[float, ...] = ()
 
+    def written(self, looks: Looks) -> EnsembleResult:
+        """Compute the runs that are missing, and write the report, also if the ensemble stops early."""
+        try:
+            result = self.judged(looks)
+        except BaseException as stop:
+            self._leave(looks, stop)
+            raise
+        self.report("Writing the report", 1.0)
+        self.hands.stop()
+        self.hands.truths.forget()  # the budget beside the runs has its own
+        give_back_memory()
+        _write(self.folder, result, "finished")
+        if result.failed.all():
+            first = result.errors.failure[0]
+            raise RunError(
+                f"all {len(result)} runs of the ensemble failed; the first one: {first} See {self.folder.path}."
+            )
+        return result
 
-def _spare(scenario: Scenario, count: int, threads: int | None, *, later: bool) -> SparePool:
-    """Start the processes of runs with a filter, so that they load the program while the ensemble is planned.
-
-    They start `later`, when their work is known, for an ensemble that is continued and may need none.
-    """
-    solution = None if scenario.ensemble is None else scenario.ensemble.solution
-    number = min(threads or os.cpu_count() or 1, -(-count // LONG_CHUNK))
-    aided = scenario.filter is not None and solution in (None, AIDED)
-    return SparePool(number if aided and number > 1 and not later else 0)
-
-
-def _written(
-    folder: EnsembleDirectory, looks: Looks, how: _How, report: Progress, say: Callable[[str], None]
-) -> EnsembleResult:
-    """Compute the runs that are missing in a directory, and write the report, also if the ensemble stops early."""
-    try:
-        result = _judged(folder, looks, how, report, say)
-    except BaseException as stop:
-        _leave(folder, looks, how, stop)
-        raise
-    report("Writing the report", 1.0)
-    how.truths.forget()  # the budget beside the runs has its own
-    give_back_memory()
-    _write(folder, result, "finished")
-    if result.failed.all():
-        first = result.errors.failure[0]
-        raise RunError(f"all {len(result)} runs of the ensemble failed; the first one: {first} See {folder.path}.")
-    return result
-
-
-def _judged(
-    folder: EnsembleDirectory, looks: Looks, how: _How, report: Progress, say: Callable[[str], None]
-) -> EnsembleResult:
-    """Compute the runs that are missing, and more of them until the requirements are decided, if so wanted."""
-    computed, seconds, notes = 0, 0.0, list[str]()
-    for number in looks.numbers:
-        if looks.done:
-            if lacking := short_of(folder.plan, number, looks.done[-1], folder.path):
-                notes.append(f"The errors of {number} runs do not fit {lacking}; the ensemble ends undecided.")
-                say(notes[-1])
+    def judged(self, looks: Looks) -> EnsembleResult:
+        """Compute the runs that are missing, and more of them until the requirements are decided, if so wanted."""
+        folder, computed, seconds, notes = self.folder, 0, 0.0, list[str]()
+        for number in looks.numbers:
+            if looks.done:
+                if lacking := short_of(folder.plan, number, looks.done[-1], folder.path):
+                    notes.append(f"The errors of {number} runs do not fit {lacking}; the ensemble ends undecided.")
+                    self.say(notes[-1])
+                    break
+                self.say(f"Undecided after {looks.done[-1]} runs; going on to {number}.")
+                folder.extend(with_runs(folder.plan, number))
+            result = self.continued(number)
+            computed, seconds = computed + result.computed, seconds + result.seconds
+            notes += [note for note in result.notes if note not in notes]
+            looks.look(result, number)
+            if looks.decided:
                 break
-            say(f"Undecided after {looks.done[-1]} runs; going on to {number}.")
-            folder.extend(with_runs(folder.plan, number))
-        result = _continued(folder, number, how, report, say)
-        computed, seconds = computed + result.computed, seconds + result.seconds
-        notes += [note for note in result.notes if note not in notes]
-        looks.look(result, number)
-        if looks.decided:
-            break
-    return replace(
-        result, computed=computed, seconds=seconds, notes=notes, looks=tuple(looks.done) if looks.several else (),
-        verdicts=tuple(verdict for verdict in looks.verdicts if verdict is not None),
-    )  # fmt: skip
+        return replace(
+            result, computed=computed, seconds=seconds, notes=notes, looks=tuple(looks.done) if looks.several else (),
+            verdicts=tuple(verdict for verdict in looks.verdicts if verdict is not None),
+        )  # fmt: skip
 
+    def continued(self, count: int) -> EnsembleResult:
+        """Compute the runs that are missing in the directory, and return all."""
+        folder, plan, begin = self.folder, self.folder.plan, time.perf_counter()
+        notes: list[str] = []
 
-def _continued(
-    folder: EnsembleDirectory, count: int, how: _How, report: Progress, say: Callable[[str], None]
-) -> EnsembleResult:
-    """Compute the runs that are missing in a directory, and return all."""
-    plan, begin = folder.plan, time.perf_counter()
-    notes: list[str] = []
+        def tell(text: str) -> None:
+            notes.append(text)
+            self.say(text)
 
-    def tell(text: str) -> None:
-        notes.append(text)
-        say(text)
-
-    there = folder.finished(tell)
-    groups = missing(there, count, plan.chunk)
-    computed = sum(map(len, groups))
-    if groups:
-        check_disk(plan, count, count - computed, folder.path)
-        _compute(folder, groups, how, _Counter(sum(map(len, there)), computed, report))
         there = folder.finished(tell)
-    if missing(there, count, plan.chunk):
-        raise RunError(f"files in {folder.folder} changed while they were written; --resume computes what is missing.")
-    seconds = time.perf_counter() - begin
-    result = EnsembleResult(
-        plan, folder.load(there), folder.path, seconds, computed, notes, times=how.times, media=EnsembleMedia()
-    )
-    if len(result) > count:
-        tell(f"The directory contains {len(result)} runs, more than the requested {count}; all of them are used.")
-    return result
+        groups = [Group(plan, runs, folder.folder) for runs in missing(there, count, plan.chunk)]
+        computed = sum(len(group.runs) for group in groups)
+        if groups:
+            check_disk(plan, count, count - computed, folder.path)
+            with folder.writing("the runs of the ensemble could not be written to"):
+                self.hands.compute(groups, _Counter(sum(map(len, there)), computed, self.report))
+            there = folder.finished(tell)
+        if missing(there, count, plan.chunk):
+            raise RunError(
+                f"files in {folder.folder} changed while they were written; --resume computes what is missing."
+            )
+        seconds = time.perf_counter() - begin
+        result = self._result(there, seconds=seconds, computed=computed, notes=notes)
+        if len(result) > count:
+            tell(f"The directory contains {len(result)} runs, more than the requested {count}; all of them are used.")
+        return result
+
+    def _result(self, there: Sequence[range], **how: Any) -> EnsembleResult:
+        """Return the result of finished runs."""
+        folder = self.folder
+        return EnsembleResult(
+            folder.plan, folder.load(there), folder.path, times=self.times, media=EnsembleMedia(), **how
+        )
+
+    def _leave(self, looks: Looks, stop: BaseException) -> None:
+        """Write a report of the finished runs of an ensemble that stops early, and say what there is."""
+        there, wanted = self.folder.finished(), looks.numbers[min(len(looks.done), len(looks.numbers) - 1)]
+        done = sum(map(len, there))
+        if not done:
+            stop.add_note("No group of runs had finished.")
+            return
+
+        def write() -> None:
+            result = self._result(there)
+            if looks.verdicts:
+                result.verdicts = looks.so_far(result)
+                result.notes.append(
+                    f"The requirements are tested with the {done} finished runs; --resume tests them with all runs."
+                )
+            _write(self.folder, result, "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed")
+
+        self.folder.leave(stop, f"{done} of {wanted} runs", write)
 
 
 def _write(folder: EnsembleDirectory, result: EnsembleResult, status: str) -> None:
     """Write report, figures, recording and numbers."""
     folder.keep(lambda place: write_ensemble(result, place, status))
-
-
-def _leave(folder: EnsembleDirectory, looks: Looks, how: _How, stop: BaseException) -> None:
-    """Write a report of the finished runs of an ensemble that stops early, and say what there is."""
-    there, wanted = folder.finished(), looks.numbers[min(len(looks.done), len(looks.numbers) - 1)]
-    done = sum(map(len, there))
-    if not done:
-        stop.add_note("No group of runs had finished.")
-        return
-
-    def write() -> None:
-        result = EnsembleResult(folder.plan, folder.load(there), folder.path, times=how.times, media=EnsembleMedia())
-        if looks.verdicts:
-            result.verdicts = looks.so_far(result)
-            result.notes.append(
-                f"The requirements are tested with the {done} finished runs; --resume tests them with all runs."
-            )
-        _write(folder, result, "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed")
-
-    folder.leave(stop, f"{done} of {wanted} runs", write)
 
 
 def _whole(name: str, value: object, most: int) -> int:
@@ -377,23 +417,6 @@ def _check_workers(threads: int | None, workers: int | None, scheduler: str | No
     given = [name for name, value in (("threads", threads), ("workers", workers), ("scheduler", scheduler)) if value]
     if len(given) > 1:
         raise InputError(f"{' and '.join(given)} exclude each other: give one of them.")
-
-
-def _compute(folder: EnsembleDirectory, groups: Sequence[range], how: _How, counter: _Counter) -> None:
-    """Compute groups of runs by threads, processes or a cluster."""
-    with folder.writing("the runs of the ensemble could not be written to"):
-        executor = _executor(folder, len(groups), how)
-        work_through(groups, executor, lambda runs, _: counter.count(runs, len(runs)), counter.count)
-
-
-def _executor(folder: EnsembleDirectory, groups: int, how: _How) -> Executor[range]:
-    plan, chunks = folder.plan, folder.folder
-    if how.workers is not None or how.scheduler is not None:
-        return Cluster(plan, chunks, workers=how.workers, scheduler=how.scheduler)
-    number = how.threads or runs_at_a_time(plan)
-    if plan.filtered and min(number, groups) > 1:
-        return Processes(number, plan, chunks, how.spare, how.truths)
-    return Threads(number, lambda stop: lambda runs, part: make_chunk(plan, runs, chunks, how.truths, part))
 
 
 class _Counter:
@@ -432,4 +455,10 @@ class EnsembleMedia(Media[EnsembleResult]):
         return exhibits_of(result, ensemble_numbers(result))
 
     def save(self, result: EnsembleResult, directory: Path, *, overwrite: bool) -> Path:
-        return write_result(result, directory, overwrite=overwrite)
+        """Write the directory of an ensemble that was kept in memory; it can be extended as any other."""
+        plan = result.plan
+        with EnsembleDirectory(directory, plan, overwrite=overwrite) as folder:
+            for runs in missing([], len(result), plan.chunk):
+                write_chunk(result.errors, plan, folder.folder, slice(runs.start, runs.stop))
+            _write(folder, result, "finished")
+            return folder.path

@@ -41,13 +41,12 @@ from sinssim.experiments.studies.study_schema import (
     Study,
     StudyMotion,
     expected_seconds,
-    flight_seconds,
-    is_cached,
     motion_facts,
+    scenario_of,
     trajectory_of,
     with_set,
 )
-from sinssim.experiments.workload import FLIGHT_SPEED, LIMIT_MINUTES, Threads, check_duration, check_limit, work_through
+from sinssim.experiments.workload import LIMIT_MINUTES, Threads, check_duration, check_limit, flight_wait, work_through
 from sinssim.frames import OF_TRUTH
 from sinssim.progress import Progress, shown
 from sinssim.statistics.circular_error import mean_rate, rate_uncertainty
@@ -251,8 +250,8 @@ def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say:
     plan = []
     for part, motion in _pairs(study):
         seconds = _seconds(part, motion, expected[id(motion)], comparison.costs)
-        if (motion.scenario, motion.set) not in flown and not is_cached(motion):
-            seconds += flight_seconds(motion) / FLIGHT_SPEED
+        if (motion.scenario, motion.set) not in flown:
+            seconds += flight_wait(scenario_of(motion))
         flown.add((motion.scenario, motion.set))
         plan.append(_Block(part, motion, seconds))
     total = sum(block.seconds for block in plan)
@@ -388,7 +387,8 @@ def _run_block(comparison: StudyResult, block: _Block, report: Progress) -> None
             _threads(), lambda stop: lambda task, part_of_it: _navigate(*task, part, truth, comparison)
         )
         try:
-            work_through(cases, threads, keep)
+            with threads:
+                work_through(cases, threads, keep)
         finally:
             for case in (case for case, _ in cases if case in navigated):
                 row, history, in_coordinates = navigated[case]

@@ -413,23 +413,10 @@ def scenario_of(motion: StudyMotion) -> Scenario:
 
 def expected_seconds(motion: StudyMotion) -> float:
     """Return the duration of a motion without making it, s: exact except for a flight."""
-    whole = flight_seconds(motion)
+    whole = expected_duration(scenario_of(motion))
     if motion.scenario is None:
         _check_duration(motion, whole)
     return min(whole, motion.duration_s or whole)
-
-
-def flight_seconds(motion: StudyMotion) -> float:
-    """Return the duration of the complete motion, s, of which a study may use only the beginning."""
-    return expected_duration(scenario_of(motion))
-
-
-def is_cached(motion: StudyMotion) -> bool:
-    """Return whether a motion needs no flight simulation."""
-    from sinssim.truth.flight.flight import is_cached as flown
-
-    scenario = scenario_of(motion)
-    return scenario.flight is None or flown(scenario.flight, scenario.seed)
 
 
 def trajectory_of(motion: StudyMotion) -> Trajectory:

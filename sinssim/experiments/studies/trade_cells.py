@@ -13,6 +13,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError
+from sinssim.experiments.ensembles.ensemble_plan import WITHOUT_EFFECT, flight_digest
 from sinssim.experiments.studies.trade_schema import TradeStudy, toml_text
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.planned_limits import expected_duration
@@ -27,10 +28,6 @@ from sinssim.units import NAUTICAL_MILE
 if TYPE_CHECKING:
     from sinssim.analyses.error_budget.budget_result import BudgetResult
     from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
-
-
-_WITHOUT_EFFECT = ("name", "description", "views", "output", "recording")
-"""Keys of a scenario that do not change a number of a cell."""
 
 
 @dataclass(frozen=True)
@@ -102,9 +99,8 @@ def digest_of(study: TradeStudy, scenario: Scenario) -> str:
 
     The number of runs of an ensemble is not part of it, because an ensemble can be extended.
     """
-    without = (*_WITHOUT_EFFECT, *(("ensemble",) if study.cell == "budget" else ()))
+    without = (*WITHOUT_EFFECT, *(("ensemble",) if study.cell == "budget" else ()))
     contents = scenario.contents(without=without)
-    flight = "" if scenario.flight is None else flight_key(scenario.flight, scenario.seed)
     if isinstance(contents.get("ensemble"), dict):
         contents["ensemble"] = {key: value for key, value in contents["ensemble"].items() if key != "runs"}
     if study.cell == "budget":
@@ -112,7 +108,7 @@ def digest_of(study: TradeStudy, scenario: Scenario) -> str:
         how = ["budget", study.inertial, quantities, list(study.require)]
     else:
         how = ["ensemble", list(study.instants)]
-    return hashlib.sha256(json.dumps([how, contents, flight], sort_keys=True).encode()).hexdigest()
+    return hashlib.sha256(json.dumps([how, contents, flight_digest(scenario)], sort_keys=True).encode()).hexdigest()
 
 
 def place_name(study: TradeStudy, place: Sequence[int]) -> str:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -24,20 +24,19 @@ import numpy as np
 from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.exhibits import Exhibits
 from sinssim.experiments.ensembles.ensemble_directory import EnsembleDirectory
-from sinssim.experiments.ensembles.ensemble_plan import TruthCache, truth_key
-from sinssim.experiments.ensembles.ensemble_run import stored_runs
+from sinssim.experiments.ensembles.ensemble_plan import contents_of, truth_key
+from sinssim.experiments.ensembles.ensemble_run import Workers, stored_runs
 from sinssim.experiments.experiment_directory import Kind, Store, other_scenario, other_software, software
 from sinssim.experiments.studies.trade_cells import Cell, CellNumbers, cells_of, of_budget, of_ensemble
 from sinssim.experiments.studies.trade_exhibits import curves, exhibits_of, to_json, write_trade
 from sinssim.experiments.studies.trade_result import TradeResult
 from sinssim.experiments.studies.trade_schema import TradeStudy
-from sinssim.experiments.workload import FLIGHT_SPEED, LIMIT_MINUTES, TooLongError, Watch, check_limit
+from sinssim.experiments.workload import LIMIT_MINUTES, TooLongError, Watch, check_limit, flight_wait
 from sinssim.progress import Progress, shown
 from sinssim.recording.result import Media, plain
 from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.scenario.load import load_scenario
-from sinssim.scenario.plan_summary import own_digests
-from sinssim.scenario.planned_limits import check_times, expected_duration, warn_of_limits
+from sinssim.scenario.planned_limits import check_times, warn_of_limits
 from sinssim.statistics.requirement_verdict import VerdictInUnit
 from sinssim.system.outputs import MARK, Draft, remove, write_text
 
@@ -58,15 +57,12 @@ class TradeDirectory(Store):
 
     def __init__(self, path: Path, study: TradeStudy, *, resume: bool = False, overwrite: bool = False) -> None:
         """Begin the directory of a study, or continue it, as `Store` does."""
-        without = ("name", "description", "views", "use", "output", "recording")
-        scenario = load_scenario(study.scenario, study.set)
-        contents = json.loads(json.dumps(scenario.contents(without=without)))
-        files = own_digests(scenario)
+        contents = contents_of(load_scenario(study.scenario, study.set))
         self._about = {
             "name": study.name,
             "cell": study.cell,
             "versions": software(),
-            "scenario": {**contents, **({"own_content": files} if files else {})},
+            "scenario": json.loads(json.dumps(contents)),
         }
         super().__init__(path, resume=resume, overwrite=overwrite)
 
@@ -192,7 +188,7 @@ def trade(
         place = stack.enter_context(Draft()).path / "study" if directory is None else Path(directory)
         folder = stack.enter_context(TradeDirectory(place, study, resume=resume, overwrite=overwrite))
         result.directory = None if directory is None else folder.path
-        work = _Work(result, folder, threads, report, say or (lambda text: None))
+        work = _Work(result, folder, stack.enter_context(Workers(threads)), report, say or (lambda text: None))
         try:
             work.run(limit_minutes)
         except BaseException as stop:
@@ -211,26 +207,11 @@ def trade(
     return result
 
 
-def write_result(result: TradeResult, directory: Path, *, overwrite: bool) -> Path:
-    """Write the directory of a study that was kept in memory; the runs of its ensembles are not kept.
-
-    A study of ensembles that is continued there computes its cells again.
-    """
-    with TradeDirectory(directory, result.study, overwrite=overwrite) as folder:
-        for cell in result.cells:
-            if cell.numbers is not None and result.study.cell == "budget":
-                folder.write(cell.digest, cell.numbers)
-        _write(folder, result)
-        return folder.path
-
-
 class _Work:
     """The computation of the cells of a study that have no numbers."""
 
-    def __init__(
-        self, result: TradeResult, folder: TradeDirectory, threads: int | None, report: Progress, say: Say
-    ) -> None:
-        self.result, self._folder, self._threads = result, folder, threads
+    def __init__(self, result: TradeResult, folder: TradeDirectory, hands: Workers, report: Progress, say: Say) -> None:
+        self.result, self._folder, self._hands = result, folder, hands
         self._report, self._say_on = report, say
         self.runs_failed = False
 
@@ -255,13 +236,14 @@ class _Work:
             what = f"{len(todo)} {study.cell}{'s' if len(todo) != 1 else ''}{runs}"
             watch = Watch(study.name, what, max(len(todo), 1), limit_minutes, self._report, self._say_on)
             warn_of_limits(*flown.values())
-            truths, unflown = TruthCache(), _flights(flown)
+            unflown = {motion: flight_wait(scenario) for motion, scenario in flown.items()}
             for motion, cells in motions.items():
                 for cell in cells:
                     watch.flying(sum(unflown.values()))
-                    self._compute(cell, truths, watch)
+                    self._compute(cell, watch)
                     unflown.pop(motion, None)
         finally:
+            self._hands.stop()
             self._read_kept()  # Ctrl-C may have come right after a cell was written
             self.result.seconds = perf_counter() - begin
 
@@ -280,15 +262,15 @@ class _Work:
         cells = self.result.cells
         self.result.cells = tuple(replace(cell, **what) if cell.digest == digest else cell for cell in cells)
 
-    def _compute(self, cell: Cell, truths: TruthCache, watch: Watch) -> None:
+    def _compute(self, cell: Cell, watch: Watch) -> None:
         """Compute a cell; what goes wrong in it is its result."""
         failure = ""
         try:
             check_times(_scenario(cell))
-            truth = truths.of(_scenario(cell))
+            truth = self._hands.truths.of(_scenario(cell))
             watch.begin()
             by_budget = self.result.study.cell == "budget"
-            numbers = self._budget(cell, truth, watch) if by_budget else self._ensemble(cell, truths, watch)
+            numbers = self._budget(cell, truth, watch) if by_budget else self._ensemble(cell, watch)
             self._enter(cell.digest, numbers=numbers)
             self.result.computed += 1
         except MemoryError:  # no property of the cell
@@ -318,11 +300,11 @@ class _Work:
             self._folder.write(cell.digest, numbers)
         return numbers
 
-    def _ensemble(self, cell: Cell, truths: TruthCache, watch: Watch) -> CellNumbers:
+    def _ensemble(self, cell: Cell, watch: Watch) -> CellNumbers:
         study = self.result.study
         result = stored_runs(
             _scenario(cell), study.runs, self._folder.ensemble(cell.digest, self.say), times=study.instants,
-            truths=truths, threads=self._threads, say=self.say,
+            hands=self._hands, say=self.say,
             progress=lambda text, part: watch.inside(part, text.split(",")[0]),
         )  # fmt: skip
         numbers = of_ensemble(study, result)
@@ -340,16 +322,6 @@ def _scenario(cell: Cell) -> Scenario:
 def _runs(scenario: Scenario, study: TradeStudy) -> int:
     """Return the number of runs of an ensemble."""
     return study.runs or (scenario.ensemble or EnsembleSection()).runs
-
-
-def _flights(motions: Mapping[str, Scenario]) -> dict[str, float]:
-    """Return how long the flights take that are not in the cache, s, by their motion."""
-    from sinssim.truth.flight.flight import is_cached
-
-    return {
-        motion: expected_duration(scenario) / FLIGHT_SPEED for motion, scenario in motions.items()
-        if scenario.flight is not None and not is_cached(scenario.flight, scenario.seed)
-    }  # fmt: skip
 
 
 def _leave(folder: TradeDirectory, result: TradeResult, stop: BaseException) -> None:
@@ -383,4 +355,13 @@ class TradeMedia(Media[TradeResult]):
         return figure_of(curves(result, result.study.drawn[0] if quantity is None else parse_quantity(quantity)))
 
     def save(self, result: TradeResult, directory: Path, *, overwrite: bool) -> Path:
-        return write_result(result, directory, overwrite=overwrite)
+        """Write the directory of a study that was kept in memory, without the runs of its ensembles.
+
+        A study of ensembles that is continued there computes its cells again.
+        """
+        with TradeDirectory(directory, result.study, overwrite=overwrite) as folder:
+            for cell in result.cells:
+                if cell.numbers is not None and result.study.cell == "budget":
+                    folder.write(cell.digest, cell.numbers)
+            _write(folder, result)
+            return folder.path

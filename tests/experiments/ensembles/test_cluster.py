@@ -14,6 +14,7 @@ import pytest
 
 import sinssim
 from sinssim.experiments.ensembles import ensemble_execution, ensemble_run
+from sinssim.experiments.ensembles.ensemble_execution import Group
 from sinssim.experiments.ensembles.ensemble_plan import make_plan
 from tests.experiments.ensembles.examples import files, scenario
 
@@ -44,14 +45,14 @@ def test_a_task_writes_the_file_of_a_thread(tmp_path, monkeypatch) -> None:
     sinssim.ensemble(scenario(), 100, tmp_path / "threads", threads=1)
     folder = tmp_path / "runs"
     folder.mkdir()
-    ensemble_execution.compute_task(make_plan(scenario()), str(folder), range(64, 100))
+    ensemble_execution.compute_task(Group(make_plan(scenario()), range(64, 100), folder))
     name = "0000064-0000099.parquet"
     assert (folder / name).read_bytes() == (tmp_path / "threads" / "runs" / name).read_bytes()
 
 
 def test_a_worker_that_does_not_see_the_folder(tmp_path) -> None:
     with pytest.raises(sinssim.InputError, match="does not see the folder"):
-        ensemble_execution.compute_task(make_plan(scenario()), str(tmp_path / "none"), range(4))
+        ensemble_execution.compute_task(Group(make_plan(scenario()), range(4), tmp_path / "none"))
 
 
 def test_a_scheduler_that_cannot_be_reached() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import pickle
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,15 +16,14 @@ from tests.experiments.ensembles.examples import AIDED, scenario
 from tests.experiments.ensembles.test_run import LINUX, children
 
 
-def test_the_motion_that_runs_share_is_sent(tmp_path) -> None:
+def test_the_motion_that_runs_share_is_sent() -> None:
     """A process finds the same increments and states, bit for bit, for the scenario of each run."""
     truths = TruthCache()
     plan = make_plan(scenario(AIDED), truths)
-    told, folder, shared = pickle.loads(ensemble_execution._task(plan, tmp_path, truths))
+    told, shared = pickle.loads(ensemble_execution._told(plan, truths))
     there, own = TruthCache(), truths.of(plan.scenario)
     there.keep(told.scenario, shared)
     assert there.of(sinssim.experiments.ensembles.ensemble_plan.member(plan.scenario, 3).scenario) is shared
-    assert folder == tmp_path
     np.testing.assert_array_equal(shared.ideal.dvel, own.ideal.dvel)
     for name, value in vars(own.state).items():
         np.testing.assert_array_equal(getattr(shared.state, name), value)
@@ -38,17 +36,17 @@ def test_motions_of_their_own_are_not_sent(monkeypatch) -> None:
     vary = ({"type": "uniform", "key": "parked.heading_deg", "low": 0.0, "high": 360.0},)
     truths = TruthCache()
     plan = make_plan(scenario(AIDED, ensemble={"vary": vary}), truths)
-    assert pickle.loads(ensemble_execution._task(plan, Path(), truths))[2] is None
+    assert pickle.loads(ensemble_execution._told(plan, truths))[1] is None
     plan = make_plan(scenario(AIDED), truths)
     object.__setattr__(truths.of(plan.scenario), "trajectory", lambda: None)
-    assert pickle.loads(ensemble_execution._task(plan, Path(), truths))[2] is None
+    assert pickle.loads(ensemble_execution._told(plan, truths))[1] is None
 
 
 @pytest.mark.parametrize("part", [0.0, 0.5, 1.0])
-def test_a_process_whose_parent_is_killed_ends_without_a_word(tmp_path: Path, part: float) -> None:
+def test_a_process_whose_parent_is_killed_ends_without_a_word(part: float) -> None:
     """The pipe breaks before, within, or after what the process is told."""
     truths = TruthCache()
-    task = ensemble_execution._task(make_plan(scenario(AIDED), truths), tmp_path, truths)
+    task = ensemble_execution._told(make_plan(scenario(AIDED), truths), truths)
     program = "from sinssim.experiments.ensembles.ensemble_execution import serve; serve()"
     told = task[: int(part * len(task))]
     ended = subprocess.run([sys.executable, "-c", program], input=told, capture_output=True, check=False)
@@ -59,7 +57,7 @@ def test_a_process_whose_parent_is_killed_ends_without_a_word(tmp_path: Path, pa
 def test_no_process_is_left() -> None:
     """Processes without work end with the ensemble, also if its plan is refused."""
     before = children()
-    with ensemble_execution.SparePool(1) as pool:
+    with ensemble_execution.Processes(2, TruthCache(), early=1) as pool:
         assert len(children()) == len(before) + 1
         taken = pool.take()
         assert taken.poll() is None

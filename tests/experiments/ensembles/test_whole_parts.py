@@ -216,7 +216,7 @@ def test_a_plan_knows_the_motion_that_its_runs_are_of(monkeypatch: pytest.Monkey
     recorded = SimpleNamespace(digest=lambda: "digest of a")
     monkeypatch.setattr("sinssim.truth.flight.flight.flight_key", lambda flight, seed: f"key of {flight} with {seed}")
     for track, flown, said in ((recorded, None, "digest of a"), (None, "b", "key of b with 7"), (None, None, "")):
-        assert plans._flight(SimpleNamespace(track=track, flight=flown, seed=7)) == said  # type: ignore[arg-type]
+        assert plans.flight_digest(SimpleNamespace(track=track, flight=flown, seed=7)) == said  # type: ignore[arg-type]
 
 
 def test_content_of_ones_own_is_part_of_an_ensemble(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -67,10 +67,8 @@ def counted(folder: Path, *groups: range) -> Any:
     return made
 
 
-def how(**more: Any) -> Any:
-    return SimpleNamespace(
-        **{"times": (5.0,), "truths": None, "workers": None, "scheduler": None, "threads": 3, **more}
-    )
+def ensemble(folder: Any, hands: Any = None, say: Any = None) -> ensemble_run._Ensemble:
+    return ensemble_run._Ensemble(folder, hands, lambda text, share: None, say, (5.0,))
 
 
 def test_an_ensemble_that_stops_says_what_there_is(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -79,7 +77,7 @@ def test_an_ensemble_that_stops_says_what_there_is(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(ensemble_run, "_write", lambda folder, result, status: written.append((result.notes, status)))
     looks: Any = SimpleNamespace(numbers=(20, 40, 80), done=[20], verdicts=["old"], so_far=lambda result: ("so far",))
     for stop, status in ((KeyboardInterrupt(), "interrupted"), (RunError("It fell."), "failed")):
-        ensemble_run._leave(counted(tmp_path, range(4), range(6, 9)), looks, how(), stop)
+        ensemble(counted(tmp_path, range(4), range(6, 9)))._leave(looks, stop)
         assert stop.__notes__ == [
             f"7 of 40 runs are finished, in {tmp_path}; --resume continues.",
             f"Their report is {tmp_path / 'report.html'}.",
@@ -90,11 +88,11 @@ def test_an_ensemble_that_stops_says_what_there_is(monkeypatch: pytest.MonkeyPat
     looks.done = [20, 40, 80]
     looks.verdicts = []
     stop = RunError("It fell.")
-    ensemble_run._leave(counted(tmp_path, range(4)), looks, how(), stop)
+    ensemble(counted(tmp_path, range(4)))._leave(looks, stop)
     assert stop.__notes__[0].startswith("4 of 80 runs are finished")
     assert written.pop() == ([], "failed")
     none = RunError("It fell.")
-    ensemble_run._leave(counted(tmp_path), looks, how(), none)
+    ensemble(counted(tmp_path))._leave(looks, none)
     assert none.__notes__ == ["No group of runs had finished."]
 
     def full(*_: Any) -> None:
@@ -102,7 +100,7 @@ def test_an_ensemble_that_stops_says_what_there_is(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(ensemble_run, "_write", full)
     stop = RunError("It fell.")
-    ensemble_run._leave(counted(tmp_path, range(4)), looks, how(), stop)
+    ensemble(counted(tmp_path, range(4)))._leave(looks, stop)
     assert stop.__notes__[1] == "Their report could not be written: no space"
 
     def kept(folder: Any, *_: Any) -> None:
@@ -111,7 +109,7 @@ def test_an_ensemble_that_stops_says_what_there_is(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(ensemble_run, "_write", kept)
     stop = RunError("It fell.")
-    ensemble_run._leave(counted(tmp_path, range(4)), looks, how(), stop)
+    ensemble(counted(tmp_path, range(4)))._leave(looks, stop)
     said = f"The report of the ensemble could not be written to {tmp_path}: no space (234 MB are free)."
     assert stop.__notes__[1] == said  # once
 
@@ -123,19 +121,19 @@ def test_runs_that_are_there_already(monkeypatch: pytest.MonkeyPatch, tmp_path: 
     monkeypatch.setattr(
         ensemble_run, "check_disk", lambda plan, count, finished, path: asked.append((count, finished, path))
     )
-    monkeypatch.setattr(ensemble_run, "_compute", lambda folder, groups, how, count: asked.append(groups))
+    hands = SimpleNamespace(compute=lambda groups, count: asked.append([group.runs for group in groups]))
 
     class Result(SimpleNamespace):
         def __len__(self) -> int:
             return 14
 
     monkeypatch.setattr(
-        ensemble_run, "EnsembleResult", lambda plan, errors, path, seconds, computed, notes, times, media: Result(
+        ensemble_run, "EnsembleResult", lambda plan, errors, path, times, media, seconds, computed, notes: Result(
         errors=errors, path=path, computed=computed, notes=notes, times=times))  # fmt: skip
     looks = iter(([range(3), range(8, 12)], [range(12), range(12, 14)]))
     folder = counted(tmp_path)
     folder.finished = lambda say: next(looks)
-    result: Any = ensemble_run._continued(folder, 12, how(), lambda text, share: None, said.append)
+    result: Any = ensemble(folder, hands, said.append).continued(12)
     assert asked == [(12, 7, tmp_path), [range(3, 4), range(4, 8)]]
     assert (result.computed, result.times, result.errors, result.path) == (5, (5.0,), "errors", tmp_path)
     assert said == result.notes == [
@@ -143,7 +141,7 @@ def test_runs_that_are_there_already(monkeypatch: pytest.MonkeyPatch, tmp_path: 
     ]  # fmt: skip
     looks = iter(([range(3)], [range(3)]))
     with pytest.raises(RunError, match=rf"^files in {re.escape(str(tmp_path / 'runs'))} changed while they were writ"):
-        ensemble_run._continued(folder, 12, how(), lambda text, share: None, said.append)
+        ensemble(folder, hands, said.append).continued(12)
 
 
 def test_progress_of_the_runs(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -159,36 +157,55 @@ def test_progress_of_the_runs(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_ways_to_compute(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Workers of one kind stay for the next ensemble; those of another take their place, and after an error new ones.
+
+    A cluster takes every ensemble.
+    """
     used: list[Any] = []
+    stopped: list[Any] = []
 
-    class Cluster(SimpleNamespace):
-        def __init__(self, *given: Any, **more: Any) -> None:
-            super().__init__(about=more)
+    def made(*about: Any) -> SimpleNamespace:
+        return SimpleNamespace(about=about, stop=lambda: stopped.append(about))
 
-    monkeypatch.setattr(ensemble_run, "Cluster", Cluster)
-    monkeypatch.setattr(ensemble_run, "Processes", lambda number, *given: SimpleNamespace(about=(number, "processes")))
-    monkeypatch.setattr(ensemble_run, "Threads", lambda number, *given: SimpleNamespace(about=(number, "threads")))
+    monkeypatch.setattr(ensemble_run, "Cluster", lambda *given: made("cluster", *given))
+    monkeypatch.setattr(ensemble_run, "Processes", lambda number, *given: made("processes", number))
+    monkeypatch.setattr(ensemble_run, "Threads", lambda number, *given: made("threads", number))
     monkeypatch.setattr(ensemble_run, "runs_at_a_time", lambda plan: 7)
-    monkeypatch.setattr(ensemble_run, "work_through", lambda groups, executor, *_: used.append(executor.about))
-    folder, counter = counted(tmp_path), ensemble_run._Counter(0, 9, lambda text, share: None)
-    for filtered, groups, given in ((False, [1, 2], {}), (True, [1, 2], {}), (True, [1], {}), (False, [1, 2], {
-            "threads": None}), (True, [1, 2], {"workers": 5}), (True, [1, 2], {"scheduler": "tcp://x"})):  # fmt: skip
-        folder.plan = plan(filtered=filtered)
-        ensemble_run._compute(folder, groups, how(spare=None, **given), counter)  # type: ignore[arg-type]
-    assert used == [
-        (3, "threads"), (3, "processes"), (3, "threads"), (7, "threads"), {"workers": 5, "scheduler": None},
-        {"workers": None, "scheduler": "tcp://x"},
-    ]  # fmt: skip
+    monkeypatch.setattr(ensemble_run, "work_through", lambda groups, executor, *_: used.append(executor))
+    counter = ensemble_run._Counter(0, 9, lambda text, share: None)
+
+    def compute(hands: ensemble_run.Workers, *cases: tuple[bool, int]) -> list[Any]:
+        used.clear()
+        for filtered, groups in cases:
+            of = ensemble_run.Group(plan(filtered=filtered), range(3), tmp_path)
+            hands.compute([of] * groups, counter)
+        return [executor.about for executor in used]
+
+    with ensemble_run.Workers(3) as hands:
+        assert compute(hands, (False, 2), (True, 1), (True, 2), (True, 3)) == [
+            ("threads", 3), ("threads", 3), ("processes", 3), ("processes", 3),
+        ]  # fmt: skip
+        assert used[0] is used[1] is not used[2] is used[3]
+        assert stopped == [("threads", 3)]
+    assert stopped == [("threads", 3), ("processes", 3)]
+    assert compute(ensemble_run.Workers(), (False, 2)) == [("threads", 7)]
+    for given in ((None, 5, None), (None, None, "tcp://x")):
+        assert compute(ensemble_run.Workers(*given), (True, 2), (False, 1)) == [("cluster", *given[1:])] * 2
+        assert used[0] is used[1]
 
     def full(*_: Any) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(ensemble_run, "work_through", full)
+    monkeypatch.setattr(ensemble_run, "check_disk", lambda *_: None)
+    folder, hands = counted(tmp_path), ensemble_run.Workers(3)
     folder.plan = plan(filtered=False)
     said = rf"^the runs of the ensemble could not be written to {re.escape(str(tmp_path))}: No space left on device " \
            r"\(234 MB are free\)\.$"  # fmt: skip
+    stopped.clear()
     with pytest.raises(InputError, match=said):
-        ensemble_run._compute(folder, [1], how(spare=None), counter)  # type: ignore[list-item]
+        ensemble(folder, hands).continued(5)
+    assert stopped == [("threads", 3)]
 
 
 def test_memory_and_disk_in_numbers(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -53,6 +53,18 @@ def test_digests(tmp_path: Path) -> None:
     assert digest_of(required, first.scenario) == digest_of(few, first.scenario)
 
 
+def test_a_changed_track_is_another_cell(tmp_path: Path) -> None:
+    """The scenario names its file alone; a study that goes on with other fixes must not keep the cells of the old."""
+    way, digests = tmp_path / "way.csv", list[str]()
+    contents = 'name = "driven"\nimu = { grade = "tactical", rate_hz = 10.0 }\n' \
+               f'[track]\nfile = "{way}"\nvehicle = "land"\n'  # fmt: skip
+    for step in (1e-4, 2e-4):
+        rows = "".join(f"{t},{50.0 + step * t:.6f},10.0,100.0\n" for t in range(61))
+        way.write_text(f"time_s,latitude_deg,longitude_deg,height_m\n{rows}", encoding="utf-8")
+        digests.append(cells_of(study(tmp_path, contents))[0].digest)
+    assert digests[0] != digests[1]
+
+
 @pytest.mark.parametrize(
     ("axes", "said"),
     [

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError, RunError
+from sinssim.experiments import workload
 from sinssim.experiments.studies import trade_run as running
 from sinssim.experiments.studies.trade_cells import CellNumbers
 from sinssim.experiments.studies.trade_exhibits import write_trade
@@ -48,16 +49,12 @@ def test_what_is_computed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, keys:
 
 
 def test_the_time_of_flights(monkeypatch: pytest.MonkeyPatch) -> None:
-    """JSBSim flies 250 times as fast as real time; a motion counts once, and not if it is in the cache."""
+    """JSBSim flies 250 times as fast as real time; a flight in the cache takes no time, nor does another motion."""
     monkeypatch.setattr("sinssim.truth.flight.flight.is_cached", lambda flight, seed: flight == "known")
-    monkeypatch.setattr(running, "expected_duration", lambda scenario: scenario.lasts)
-
-    motions: Any = {
-        motion: SimpleNamespace(flight=flight, seed=1, lasts=lasts)
-        for motion, flight, lasts in (("a", "new", 1000.0), ("b", "known", 2000.0), ("c", None, 3000.0),
-                                      ("d", "other", 500.0))
-    }  # fmt: skip
-    assert running._flights(motions) == {"a": 4.0, "d": 2.0}
+    monkeypatch.setattr(workload, "expected_duration", lambda scenario: scenario.lasts)
+    flights = (("new", 1000.0, 4.0), ("known", 2000.0, 0.0), (None, 3000.0, 0.0), ("other", 500.0, 2.0))
+    for flight, lasts, wait in flights:
+        assert workload.flight_wait(SimpleNamespace(flight=flight, seed=1, lasts=lasts)) == wait  # type: ignore[arg-type]
 
 
 def test_cells_in_the_order_of_their_motions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
