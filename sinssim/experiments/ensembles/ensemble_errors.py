@@ -11,7 +11,8 @@ import tempfile
 import threading
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -51,7 +52,9 @@ AT_ONCE = 2**20
 
 @dataclass
 class KeptErrors:
-    """What the errors of runs have in common, in memory or in a file.
+    """Errors of R runs at K epochs, in memory or in a file.
+
+    A value is NaN where a run failed, has ended, or its filter has not begun.
 
     Attributes:
         number: numbers of the runs, (R,).
@@ -60,6 +63,8 @@ class KeptErrors:
         failure: why a run failed, R texts, "" for a run that did not.
         values: values of the varied keys by key, (R,) each.
         final: the errors at each run's own end, (R, 9), in the order of `COMPONENTS`.
+        blocks: blocks of a filter's states; none without a filter.
+        sensors: its aiding sensors.
     """
 
     number: NDArray[np.int64]
@@ -68,6 +73,61 @@ class KeptErrors:
     failure: list[str]
     values: dict[str, Array]
     final: Array
+    blocks: tuple[str, ...]
+    sensors: tuple[str, ...]
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns, see `column_names`."""
+        return column_names(self.blocks, self.sensors, bool(self.blocks))
+
+    def column(self, name: str, epochs: slice = EVERYTHING, runs: slice = EVERYTHING) -> Array:
+        """Return one of the columns `names` at some epochs of some runs, (R, E)."""
+        raise NotImplementedError
+
+    def stacked(self, names: Sequence[str]) -> Array:
+        """Return neighbouring columns of one kind side by side, (R, K, n)."""
+        raise NotImplementedError
+
+    @property
+    def position_ned(self) -> Array:
+        """Position errors, (R, K, 3) m."""
+        return self.stacked(COMPONENTS[:3])
+
+    @property
+    def velocity_ned(self) -> Array:
+        """Velocity errors, (R, K, 3) m/s."""
+        return self.stacked(COMPONENTS[3:6])
+
+    @property
+    def attitude(self) -> Array:
+        """Rotation vectors of the attitude errors in the true local level, (R, K, 3) rad."""
+        return self.stacked(COMPONENTS[6:])
+
+    @property
+    def sigma(self) -> Array | None:
+        """1σ that a filter states for the nine errors, (R, K, 9); None without a filter."""
+        return self.stacked([f"sigma_{name}" for name in COMPONENTS]) if self.blocks else None
+
+    @property
+    def nees(self) -> Mapping[str, Array]:
+        """Normalised squared errors by block of the filter, (R, K) each."""
+        return {name: self.column(f"nees {name}") for name in self.blocks}
+
+    @property
+    def nees_freedom(self) -> Mapping[str, Array]:
+        """Their degrees of freedom."""
+        return {name: self.column(f"nees_freedom {name}") for name in self.blocks}
+
+    @property
+    def nis(self) -> Mapping[str, Array]:
+        """Sums of the normalised squared innovations since the previous epoch, by sensor, (R, K) each."""
+        return {name: self.column(f"nis {name}") for name in self.sensors}
+
+    @property
+    def nis_freedom(self) -> Mapping[str, Array]:
+        """Their degrees of freedom."""
+        return {name: self.column(f"nis_freedom {name}") for name in self.sensors}
 
     def __len__(self) -> int:
         return len(self.number)
@@ -104,53 +164,26 @@ class KeptErrors:
 @short_repr
 @dataclass
 class RunErrors(KeptErrors):
-    """Errors of R runs at K epochs; a value is NaN where a run failed, has ended, or its filter has not begun.
+    """Errors of runs in memory: `table` has them by column, run and epoch, (C, R, K). Columns are views of it."""
 
-    Attributes:
-        number, seed, end, failure, values, final: as those of `KeptErrors`.
-        position_ned, velocity_ned, attitude: errors in the true local level, (R, K, 3): m, m/s, rad.
-        sigma: 1σ that a filter states for the same nine errors, (R, K, 9); None without a filter.
-        nees: normalised squared errors by block of the filter, (R, K) each.
-        nees_freedom: their degrees of freedom, (R, K) each.
-        nis: sum of the normalised squared innovations since the previous epoch, by sensor, (R, K) each.
-        nis_freedom: their degrees of freedom, (R, K) each.
-    """
-
-    position_ned: Array
-    velocity_ned: Array
-    attitude: Array
-    sigma: Array | None = None
-    nees: dict[str, Array] = field(default_factory=dict)
-    nees_freedom: dict[str, Array] = field(default_factory=dict)
-    nis: dict[str, Array] = field(default_factory=dict)
-    nis_freedom: dict[str, Array] = field(default_factory=dict)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the columns, see `column_names`."""
-        return column_names(tuple(self.nees), tuple(self.nis), self.sigma is not None)
+    table: Array
 
     def column(self, name: str, epochs: slice = EVERYTHING, runs: slice = EVERYTHING) -> Array:
-        """Return one of the columns `names` at some epochs of some runs, (R, E): a view."""
-        kind, _, block = name.partition(" ")
-        if block:
-            return np.asarray(getattr(self, kind)[block][runs, epochs])
-        number = COMPONENTS.index(name.removeprefix("sigma_"))
-        if name.startswith("sigma_"):
-            assert self.sigma is not None
-            return self.sigma[runs, epochs, number]
-        vectors: Array = getattr(self, VECTORS[number // 3])
-        return vectors[runs, epochs, number % 3]
+        return self.table[self.names.index(name), runs, epochs]
+
+    def stacked(self, names: Sequence[str]) -> Array:
+        first, second = map(self.names.index, names[:2])
+        step = second - first
+        return np.moveaxis(self.table[first : first + step * len(names) : step], 0, -1)
 
     def put(self, part: RunErrors, first: int) -> None:
         """Put the errors of runs from the row `first` on, with the same epochs, keys, blocks and sensors."""
         self.put_runs(part, first)
-        for name in self.names:
-            self.column(name, runs=slice(first, first + len(part)))[:] = part.column(name)
+        self.table[:, first : first + len(part)] = part.table
 
     @property
     def epochs(self) -> int:
-        return int(self.position_ned.shape[1])
+        return int(self.table.shape[2])
 
 
 def column_names(blocks: Sequence[str], sensors: Sequence[str], sigma: bool) -> tuple[str, ...]:
@@ -186,25 +219,16 @@ def empty(
     count: int, epochs: int, keys: Sequence[str], blocks: Sequence[str] = (), sensors: Sequence[str] = ()
 ) -> RunErrors:
     """Return the errors of runs that are still to be filled in, all NaN; with `sigma` if there are blocks."""
-
-    def nan(*shape: int) -> Array:
-        return np.full((count, *shape), np.nan)
-
     return RunErrors(
         number=np.zeros(count, np.int64),
         seed=np.zeros(count, np.int64),
-        end=nan(),
+        end=np.full(count, np.nan),
         failure=[""] * count,
-        values={key: nan() for key in keys},
-        position_ned=nan(epochs, 3),
-        velocity_ned=nan(epochs, 3),
-        attitude=nan(epochs, 3),
-        final=nan(9),
-        sigma=nan(epochs, 9) if blocks else None,
-        nees={name: nan(epochs) for name in blocks},
-        nees_freedom={name: nan(epochs) for name in blocks},
-        nis={name: nan(epochs) for name in sensors},
-        nis_freedom={name: nan(epochs) for name in sensors},
+        values={key: np.full(count, np.nan) for key in keys},
+        final=np.full((count, 9), np.nan),
+        blocks=tuple(blocks),
+        sensors=tuple(sensors),
+        table=np.full((len(column_names(blocks, sensors, bool(blocks))), count, epochs), np.nan),
     )
 
 
@@ -246,20 +270,17 @@ _BYTES = 8
 
 
 class StoredErrors(KeptErrors):
-    """The errors of N runs at K epochs in a file; the numbers of a run that do not depend on the epoch are in memory.
-
-    The other attributes of `RunErrors` are properties, which read the file at each use; `column` reads a part of it.
-    """
+    """The errors of many runs in a file, which is read at each use; what does not depend on the epoch is in memory."""
 
     def __init__(
         self, count: int, epochs: int, keys: Sequence[str], blocks: Sequence[str], sensors: Sequence[str], folder: Path
     ) -> None:
         """Begin with all values missing; the file in `folder` disappears with this object."""
         runs = empty(count, 0, keys, blocks, sensors)
-        self.number, self.seed, self.end = runs.number, runs.seed, runs.end
-        self.failure, self.values, self.final = runs.failure, runs.values, runs.final
-        self._epochs, self._blocks, self._sensors = epochs, tuple(blocks), tuple(sensors)
-        self.names = column_names(blocks, sensors, bool(blocks))
+        super().__init__(
+            runs.number, runs.seed, runs.end, runs.failure, runs.values, runs.final, runs.blocks, runs.sensors
+        )
+        self._epochs = epochs
         self._place = {name: place for place, name in enumerate(self.names)}
         self._spans = spans_of(count, epochs)
         self._lock = threading.Lock()
@@ -293,50 +314,7 @@ class StoredErrors(KeptErrors):
             values[:, low - begin : high - begin] = rows[:, low - span.start : high - span.start]
         return values
 
-    @property
-    def position_ned(self) -> Array:
-        """Position errors, (N, K, 3) m."""
-        return self._stacked(COMPONENTS[:3])
-
-    @property
-    def velocity_ned(self) -> Array:
-        """Velocity errors, (N, K, 3) m/s."""
-        return self._stacked(COMPONENTS[3:6])
-
-    @property
-    def attitude(self) -> Array:
-        """Rotation vectors of the attitude errors, (N, K, 3) rad."""
-        return self._stacked(COMPONENTS[6:])
-
-    @property
-    def sigma(self) -> Array | None:
-        """1σ that a filter states for the nine errors, (N, K, 9); None without a filter."""
-        return self._stacked([f"sigma_{name}" for name in COMPONENTS]) if self._blocks else None
-
-    @property
-    def nees(self) -> Mapping[str, Array]:
-        """Normalised squared errors by block of the filter, (N, K) each."""
-        return self._named("nees", self._blocks)
-
-    @property
-    def nees_freedom(self) -> Mapping[str, Array]:
-        """Their degrees of freedom."""
-        return self._named("nees_freedom", self._blocks)
-
-    @property
-    def nis(self) -> Mapping[str, Array]:
-        """Sums of the normalised squared innovations by sensor, (N, K) each."""
-        return self._named("nis", self._sensors)
-
-    @property
-    def nis_freedom(self) -> Mapping[str, Array]:
-        """Their degrees of freedom."""
-        return self._named("nis_freedom", self._sensors)
-
-    def _named(self, kind: str, names: Sequence[str]) -> Mapping[str, Array]:
-        return {name: self.column(f"{kind} {name}") for name in names}
-
-    def _stacked(self, names: Sequence[str]) -> Array:
+    def stacked(self, names: Sequence[str]) -> Array:
         values = self._room(len(self), self._epochs, len(names))
         for span in self._spans:
             for place, name in enumerate(names):

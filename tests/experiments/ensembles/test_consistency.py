@@ -11,7 +11,7 @@ from rich.console import Console
 from scipy.stats import chi2
 
 import sinssim
-from sinssim.experiments.ensembles.ensemble_errors import empty
+from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, empty
 from sinssim.experiments.ensembles.ensemble_plan import Plan, make_plan
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
 from sinssim.experiments.ensembles.ensemble_run import EnsembleMedia
@@ -113,7 +113,9 @@ def test_a_diverged_run_speaks_against_the_filter() -> None:
 
 def test_without_a_filter_there_is_no_verdict() -> None:
     result = drawn(3)
-    result.errors.nees, result.errors.nis = {}, {}
+    errors = result.errors
+    table = np.stack([errors.column(name) for name in COMPONENTS])
+    result.errors = replace(errors, blocks=(), sensors=(), table=table)
     assert consistency(result) is None
     assert not list(consistency_sentences(ensemble_numbers(result).consistency, RUNS))
 

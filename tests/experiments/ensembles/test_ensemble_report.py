@@ -137,8 +137,8 @@ def test_nothing_but_failures_has_a_report(with_failures: EnsembleResult, tmp_pa
     from dataclasses import replace
 
     errors = with_failures.errors
-    blank = {name: np.full_like(getattr(errors, name), np.nan) for name in ("position_ned", "velocity_ned", "attitude")}
-    lost = replace(errors, failure=["lost."] * len(errors), final=np.full_like(errors.final, np.nan), **blank)
+    blank = {name: np.full_like(getattr(errors, name), np.nan) for name in ("table", "final")}
+    lost = replace(errors, failure=["lost."] * len(errors), **blank)
     write_ensemble(EnsembleResult(with_failures.plan, lost, media=EnsembleMedia()), tmp_path)
     text = _words((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert "80 of 80 runs failed" in text

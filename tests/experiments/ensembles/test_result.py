@@ -9,7 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import sinssim
-from sinssim.experiments.ensembles.ensemble_errors import bytes_of, empty
+from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, bytes_of, empty
 from sinssim.experiments.ensembles.ensemble_plan import make_plan
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
 from sinssim.experiments.ensembles.ensemble_run import EnsembleMedia
@@ -120,8 +120,12 @@ def test_mean_squares_of_a_sound_filter() -> None:
     """NEES drawn from χ² of 3 degrees of freedom: mean 1, 95 % of the epochs in the band; the seed is fixed."""
     result = straight(np.full(50, 1.0))
     rng = np.random.default_rng(9)
-    result.errors.nees = {"attitude": rng.chisquare(3, size=(50, 61))}
-    result.errors.nees_freedom = {"attitude": np.full((50, 61), 3.0)}
+    kept, result.errors = result.errors, empty(50, 61, (), ("attitude",))
+    result.errors.put_runs(kept, 0)
+    for name in COMPONENTS:
+        result.errors.column(name)[:] = kept.column(name)
+    result.errors.nees["attitude"][:] = rng.chisquare(3, size=(50, 61))
+    result.errors.nees_freedom["attitude"][:] = 3.0
     result.errors.nees["attitude"][:, 0] = result.errors.nees_freedom["attitude"][:, 0] = np.nan
     found = summary_of(result)["nees"]["attitude"]
     assert found["mean"] == pytest.approx(1.0, abs=0.04)  # 4σ of 9000 degrees of freedom is 0.06

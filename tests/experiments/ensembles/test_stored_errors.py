@@ -69,12 +69,11 @@ def stored(errors: RunErrors, folder: Path, group: int = 17) -> StoredErrors:
 
 
 def _rows(errors: RunErrors, rows: slice) -> RunErrors:
-    taken = {
-        name: {key: one[rows] for key, one in value.items()} if isinstance(value, dict) else value
-        if value is None else value[rows]
-        for name, value in vars(errors).items()
-    }  # fmt: skip
-    return RunErrors(**taken)
+    return RunErrors(
+        errors.number[rows], errors.seed[rows], errors.end[rows], errors.failure[rows],
+        {key: values[rows] for key, values in errors.values.items()}, errors.final[rows], errors.blocks, errors.sensors,
+        errors.table[:, rows],
+    )  # fmt: skip
 
 
 def result_of(errors: RunErrors | StoredErrors) -> EnsembleResult:

@@ -27,8 +27,6 @@ from tests.experiments.ensembles.examples import AIDED, PARKED, scenario
 from tests.experiments.ensembles.test_result import straight
 from tests.experiments.ensembles.test_served import reason
 
-NAN = float("nan")
-
 
 def test_a_failed_run_keeps_its_reason_alone() -> None:
     errors = empty(3, 2, (), ("bias",), ("gnss",))
@@ -86,8 +84,7 @@ def test_a_filter_that_diverges_fails_its_run(monkeypatch: pytest.MonkeyPatch) -
     readings = SimpleNamespace(monitored=(), imu=None, compensated=None)
     run = Sensed(scenario(AIDED), truth, readings, "errors")  # type: ignore[arg-type]
     plan: Any = SimpleNamespace(epochs=np.array([20.0, 21.0]), sensors=())
-    errors = empty(2, 2, (), (), ())
-    errors.sigma = np.full((2, 2, 9), NAN)
+    errors = empty(2, 2, (), ("all states",), ())
     ensemble_execution.compute_filtered(plan, run, errors, 1)
     assert errors.sigma[1].tolist() == [list(np.arange(1.0, 10.0)), list(3.0 * np.arange(1.0, 10.0))]
     assert errors.velocity_ned[1].tolist() == [[3.0, 4.0, 5.0], [9.0, 12.0, 15.0]]

@@ -96,8 +96,8 @@ def ensemble() -> EnsembleResult:
     growth = np.array([600.0, 1200.0, 3600.0]) / 3600.0
     course = final[:, np.newaxis, :] * growth[:, np.newaxis]
     errors = RunErrors(
-        np.arange(RUNS), np.arange(RUNS), np.full(RUNS, 3700.0), [""] * (RUNS - 1) + ["it fell."], {}, final,
-        course[..., :3].copy(), course[..., 3:6].copy(), course[..., 6:].copy(),
+        np.arange(RUNS), np.arange(RUNS), np.full(RUNS, 3700.0), [""] * (RUNS - 1) + ["it fell."], {}, final, (), (),
+        np.moveaxis(course, -1, 0).copy(),
     )  # fmt: skip
     scenario = SimpleNamespace(name="by hand", aiding=None, seed=1)
     plan = SimpleNamespace(epochs=100.0 + 3600.0 * growth, start=100.0, scenario=scenario, filtered=False, keys=())
