@@ -210,7 +210,7 @@ def ensemble(
 
 def stored_runs(
     scenario: Scenario,
-    runs: int | None,
+    runs: int,
     directory: Path,
     *,
     times: Iterable[float],
@@ -223,11 +223,10 @@ def stored_runs(
     The options are those of `ensemble`. The workers stay for the next ensemble. An interruption leaves the finished
     groups of runs in the directory.
     """
-    count = _whole("runs", (scenario.ensemble or EnsembleSection()).runs if runs is None else runs, MOST_RUNS)
-    plan = with_runs(make_plan(scenario, hands.truths, times=times), count)
-    check_memory(plan, count)
+    plan = with_runs(make_plan(scenario, hands.truths, times=times), runs)
+    check_memory(plan, runs)
     with EnsembleDirectory(directory, plan, resume=True) as folder:
-        return _Ensemble(folder, hands, progress, say).continued(count)
+        return _Ensemble(folder, hands, progress, say).continued(runs)
 
 
 class Workers:

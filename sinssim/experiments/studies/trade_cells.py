@@ -111,10 +111,16 @@ def digest_of(study: TradeStudy, scenario: Scenario) -> str:
     return hashlib.sha256(json.dumps([how, contents, flight_digest(scenario)], sort_keys=True).encode()).hexdigest()
 
 
-def place_name(study: TradeStudy, place: Sequence[int]) -> str:
-    """Return values of the first axes, or of all, in words: "grade tactical, gyro bias sigma 0.01 deg/h"."""
-    pairs = zip(study.axes, place, strict=False)
-    return ", ".join(f"{axis.title} {axis.name_of(k)} {axis.unit}".rstrip() for axis, k in pairs)
+def place_name(study: TradeStudy, place: Sequence[int], titled: bool = True) -> str:
+    """Return values of the first axes, or of all, in words: "grade tactical, gyro bias sigma 0.01 deg/h".
+
+    Without the axes' titles, "tactical, 0.01 deg/h".
+    """
+    words = (
+        (*([axis.title] if titled else []), axis.name_of(k), axis.unit)
+        for axis, k in zip(study.axes, place, strict=False)
+    )
+    return ", ".join(" ".join(each).rstrip() for each in words)
 
 
 def cells_of(study: TradeStudy) -> tuple[Cell, ...]:

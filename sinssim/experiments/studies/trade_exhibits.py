@@ -331,11 +331,12 @@ def growth(result: TradeResult) -> Iterator[Charts]:
     last = np.array([numbers.r95[-1] for _, numbers in shown])
     log, low = is_wide(last), 0.1 * float(last.min())
     colors = _colors(result, [cell.number for cell, _ in shown])
+    names = [place_name(result.study, cell.place, titled=False) for cell, _ in shown]
     whole = len(shown) == sum(cell.numbers is not None and len(cell.numbers.time) > 1 for cell in result.cells)
     for key, title in (("r95", "Growth of R95 in each cell" if whole else ""), ("cep", "")):
         marks = tuple(
-            Line(label=short_name(result, cell), x=numbers.time, y=np.where(np.isfinite(v), v, np.nan), color=color)
-            for (cell, numbers), color in zip(shown, colors, strict=True)
+            Line(label=name, x=numbers.time, y=np.where(np.isfinite(v), v, np.nan), color=color)
+            for name, (_, numbers), color in zip(names, shown, colors, strict=True)
             for v in (numbers.r95 if key == "r95" else numbers.cep,)
         )
         y = Axis(label=key.upper(), units=fixed(unit.name, unit.size), log=log, low=low if log else 0.0)
@@ -351,12 +352,6 @@ def _colors(result: TradeResult, numbers: Sequence[int]) -> list[style.Rgb]:
         shades = family_colors(result.axes[0])
         return [shades[number - 1] for number in numbers]
     return choice_colors(len(numbers))
-
-
-def short_name(result: TradeResult, cell: Cell) -> str:
-    """Return the values of a cell with their units, without the names of the axes: "tactical, 0.01 deg/h"."""
-    pairs = zip(result.axes, cell.place, strict=True)
-    return ", ".join(f"{axis.name_of(k)} {axis.unit}".rstrip() for axis, k in pairs)
 
 
 def is_wide(last: Array) -> bool:

@@ -303,8 +303,8 @@ class _Work:
     def _ensemble(self, cell: Cell, watch: Watch) -> CellNumbers:
         study = self.result.study
         result = stored_runs(
-            _scenario(cell), study.runs, self._folder.ensemble(cell.digest, self.say), times=study.instants,
-            hands=self._hands, say=self.say,
+            _scenario(cell), _runs(_scenario(cell), study), self._folder.ensemble(cell.digest, self.say),
+            times=study.instants, hands=self._hands, say=self.say,
             progress=lambda text, part: watch.inside(part, text.split(",")[0]),
         )  # fmt: skip
         numbers = of_ensemble(study, result)
