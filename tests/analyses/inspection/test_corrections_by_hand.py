@@ -38,7 +38,7 @@ def fixes(*time: float, without: int = 0) -> Any:
 def seen(**found: Any) -> Any:
     usual = {"inertial": SimpleNamespace(time=UNIT), "fixes": None, "offset": None, "stated": None, "late": 0.0,
              "drift": 0.0, "velocity_delay": None, "quiet": None, "findings": [], "mounting": None,
-             "reading": None}  # fmt: skip
+             "reading": None, "sound": None}  # fmt: skip
     return SimpleNamespace(**{**usual, **found})
 
 
@@ -48,7 +48,9 @@ def test_times_of_the_fixes_since_the_first_row() -> None:
     assert since(one, 12.5) == 2.5
     assert since(seen(), 12.5) == -37.5
     assert starts(one) == 2.5
-    assert starts(seen(offset=38.9, fixes=fixes(12.5, 13.5))) == 0.0  # 1.4 s are no reason to wait
+    early = {"offset": 38.9, "fixes": fixes(12.5, 13.5)}
+    assert starts(seen(**early)) == 0.0  # 1.4 s are no reason to wait
+    assert starts(seen(**early, sound=(12.5, 13.5))) == pytest.approx(1.4)  # unless wrong fixes come before
     assert starts(seen(offset=40.0, fixes=fixes(9.0, 12.5, 13.5, without=1))) == 2.5
     assert starts(seen(offset=40.0, fixes=fixes(12.5, without=1))) == 0.0
     assert starts(seen(fixes=fixes(12.5))) == starts(seen(offset=40.0)) == 0.0
