@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import earth, rotation
-from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact, time_text, wrong
+from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact, span_text, time_text, wrong
 from sinssim.analyses.inspection.velocity_match import scatter
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import ELLIPSOIDS
@@ -116,8 +116,7 @@ def _jumps(fixes: FixStream) -> Iterator[Finding]:
             parts.append((first, last))
     if len(parts) > 1:
         begin, end = max(((float(time[a]), float(time[b])) for a, b in parts), key=lambda part: part[1] - part[0])
-        part = f"{time_text(begin)} to {time_text(end)}"
-        fix = f"Which fixes are wrong? The scenario uses the longest part without one, {part}."
+        fix = f"Which fixes are wrong? The scenario uses the longest part without one, {span_text(begin, end)}."
         numbers["sound_s"] = begin, end
     elif parts and parts[0][0] > 0:  # outliers, but navigation would start from them
         begin = float(time[parts[0][0]])

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact, time_text, wrong
+from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact, span_text, wrong
 from sinssim.analyses.inspection.velocity_match import Seen
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import OMEGA_IE
@@ -305,7 +305,7 @@ def rest_findings(quiet: AtRest | None, moves: Moves | None = None) -> list[Find
                 "Alignment at rest is impossible; biases and noise at rest are unknown.",
             )
         ]
-    shown = ", ".join(f"{time_text(a).removesuffix(' s')}–{time_text(b)}" for a, b in quiet.spans[:8])
+    shown = ", ".join(span_text(a, b, "–") for a, b in quiet.spans[:8])
     more = f" and {len(quiet.spans) - 8} more" if len(quiet.spans) > 8 else ""
     lasting = sum(b - a for a, b in quiet.spans)
     left = ""

@@ -50,6 +50,11 @@ def time_text(time: float) -> str:
     return f"{time:.6g} s" if abs(time) < 1e6 else f"{time:.1f} s"
 
 
+def span_text(begin: float, end: float, to: str = " to ") -> str:
+    """Write a span as two instants with one unit."""
+    return f"{time_text(begin).removesuffix(' s')}{to}{time_text(end)}"
+
+
 def fact(subject: str, text: str, **numbers: Any) -> Finding:
     """Return a fact."""
     return Finding(subject, "fact", text, "", numbers)

@@ -37,8 +37,8 @@ from sinssim.analyses.inspection.stream_findings import (
     doubt,
     fact,
     rate_findings,
+    span_text,
     time_findings,
-    time_text,
     wrong,
 )
 from sinssim.analyses.inspection.unit_axes import Mounting, attitude_by_match, attitude_finding, mounting
@@ -327,9 +327,7 @@ def _apart(time: Array, fixes: Seen, stated: float | None) -> Finding:
         return doubt("clocks", text, "Which was the time of the first row? Give it as first_row.")
     begin, end = float(fixes.time[0] + stated), float(fixes.time[-1] + stated)
     common = min(float(time[-1]), end) - max(float(time[0]), begin)
-    spans = (
-        f"{time_text(time[0])} to {time_text(time[-1])} and {time_text(begin)} to {time_text(end)} on the unit's clock"
-    )
+    spans = f"{span_text(time[0], time[-1])} and {span_text(begin, end)} on the unit's clock"
     if common <= 0.0:
         text = f"Unit and receiver do not overlap: {spans}."
         return doubt("clocks", text, "Give the offset of the clocks, and see that the files are of the same day.")

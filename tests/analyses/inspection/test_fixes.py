@@ -188,7 +188,7 @@ def test_a_receiver_that_is_wrong_for_some_time() -> None:
     """
     good = _fixes(velocity_ned=None, position_sigma=None)
     for wrong_fixes, begin, said in (
-        (10, 35.0, "the longest part without one, 35 s to 49.5 s."),
+        (10, 35.0, "the longest part without one, 35 to 49.5 s."),
         (3, 31.5, "The first fixes are wrong: the scenario begins at 31.5 s."),
     ):
         height = np.where(np.arange(_COUNT) < wrong_fixes, 4250.0, 250.0)
