@@ -3,7 +3,7 @@
 Run it from anywhere:  python scenarios/lock_in.py [-o DIR] [--quick]
 
 It integrates the lock-in equation of a triangular ring (sides of 14 cm, 1.6 arcsec a pulse, lock-in at 0.1 deg/s,
-dither of 100 deg/s at 400 Hz) and writes figures (SVG and PNG), summary.json, summary.md and recording.rrd:
+dither of 100 deg/s at 400 Hz) and writes figures (SVG, PNG), summary.json, summary.md, report.html and recording.rrd:
   1. the dead zone without dither against sign(Ω)√(Ω² − Ω_L²), and the dithered gyro's straight line;
   2. the remaining dead zone if all turning points, every other one, or none is random, against closed forms;
   3. the growth of the angle error in each case: proportional to time, or as a random walk;
@@ -14,20 +14,23 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from support.lock_in_recording import record_lock_in_study
 
+from sinssim.charts import Axis, Band, Chart, Charts, Dots, Line, Mark, Rule
+from sinssim.exhibits import Column, Exhibits, Section, Sentence, Table
 from sinssim.recording import style
-from sinssim.recording.figures import new_figure, save, styled
+from sinssim.recording.figures import figure_of, save
+from sinssim.recording.page import page_of
+from sinssim.recording.rerun.exhibit_recording import markdown, record
 from sinssim.sensors.imu.laser_gyro import LaserGyro
 from sinssim.sensors.imu.lock_in import Randomised, angle_error, turnarounds
-from sinssim.units import ARCSEC, DEG, DEG_SQRT_H
+from sinssim.system.outputs import write_text
+from sinssim.units import ARCSEC, DEG, DEG_SQRT_H, fixed
 
 Array = NDArray[np.float64]
 
@@ -118,137 +121,122 @@ def random_walk(dithers: Array, frequency: float, swings: int, rng: np.random.Ge
     return rows
 
 
-@styled
-def draw_transfer(swept: dict[str, Array], left: dict[str, Array]) -> Figure:
-    """Draw both responses: over the dead zone without dither, and over the dead zones that remain with dithers."""
+def response(swept: dict[str, Array], left: dict[str, Array]) -> Charts:
+    """Return both responses: over the dead zone without dither, and over the dead zones that remain with dithers."""
     g = gyro()
-    figure = new_figure(10.5, 4.6)
-    whole, near = figure.subplots(1, 2)
     fine = np.linspace(-2.5, 2.5, 2001) * g.lock_in
-    whole.plot(
-        fine / DEG, g.undithered_rate(fine) / DEG, color=style.SOFT, lw=style.THIN, label="sign(Ω)√(Ω² − Ω$_L$²)"
+    whole = (
+        Line(label="sign(Ω)√(Ω² − Ω_L²)", x=fine, y=g.undithered_rate(fine), color="soft", weight="thin"),
+        Dots(label="without dither, integrated", x=swept["rate"], y=swept["undithered"], color=COLORS["undithered"]),
+        Dots(label="random dither, integrated", x=swept["rate"], y=swept["dithered"], color=COLORS["both"], marker="P"),
     )
-    whole.plot(
-        swept["rate"] / DEG,
-        swept["undithered"] / DEG,
-        ".",
-        color=COLORS["undithered"],
-        label="without dither, integrated",
-    )
-    whole.plot(
-        swept["rate"] / DEG, swept["dithered"] / DEG, "+", color=COLORS["both"], label="random dither, integrated"
-    )
-    whole.set_title("Dead zone without and with random dither")
-    fine = np.linspace(-0.1, 0.1, 2001) * g.lock_in
+    fine = 0.04 * fine
+    near: list[Mark] = []
     for kind, zone in widths(g).items():
-        theory = np.sign(fine) * np.sqrt(np.maximum(fine**2 - zone**2, 0.0))
-        near.plot(fine / ARCSEC, theory / ARCSEC, color=COLORS[kind], lw=style.THIN)
-        near.plot(left["rate"] / ARCSEC, left[kind] / ARCSEC, ".", color=COLORS[kind], label=LABELS[kind])
-    near.set_title("Remaining dead zone (lines: closed forms)")
-    for axes, unit in ((whole, "deg/s"), (near, "arcsec/s")):
-        axes.set_xlabel(f"true rate [{unit}]")
-        axes.set_ylabel(f"measured rate [{unit}]")
-        axes.legend()
-    return figure
+        near.append(Line(x=fine, y=remaining(fine, zone), color=COLORS[kind], weight="thin"))
+        near.append(Dots(label=LABELS[kind], x=left["rate"], y=left[kind], color=COLORS[kind]))
+
+    def chart(title: str, unit: str, size: float, marks: Sequence[Mark]) -> Chart:
+        true, measured = (Axis(label=f"{name} rate", units=fixed(unit, size)) for name in ("true", "measured"))
+        return Chart(key=unit, title=title, x=true, y=measured, marks=tuple(marks))
+
+    return Charts("response", (
+        (chart("Dead zone without and with random dither", "deg/s", DEG, whole),
+         chart("Remaining dead zone (lines: closed forms)", "arcsec/s", ARCSEC, near)),
+    ), (10.5, 4.6))  # fmt: skip
 
 
-@styled
-def draw_growth(grown: dict[str, Array]) -> Figure:
-    """Draw the growth of the error in each case."""
-    g = gyro()
-    figure = new_figure(7.0, 4.6)
-    axes = figure.subplots()
+def remaining(rate: Array, zone: float) -> Array:
+    """Return the rates that are measured beside a dead zone, closed form."""
+    return np.sign(rate) * np.sqrt(np.maximum(rate**2 - zone**2, 0.0))
+
+
+def growth_of_errors(grown: dict[str, Array]) -> Charts:
+    """Return the growth of the error in each case."""
     time = grown["time"]
-    for kind in KINDS:
-        axes.loglog(time, grown[kind] / ARCSEC, color=COLORS[kind], label=LABELS[kind])
-    axes.loglog(time, g.random_walk * np.sqrt(time) / ARCSEC, "--", color=style.SOFT, lw=style.THIN, label="N√t")
-    turned = grown["rate"] * time / ARCSEC
-    axes.loglog(time, turned, ":", color=style.SOFT, lw=style.THIN, label="Ωt: no response to the rotation")
-    axes.set_xlabel("time [s]")
-    axes.set_ylabel("angle error, rms over seeds [arcsec]")
-    axes.set_title(f"A rotation of {float(grown['rate']) / ARCSEC:.2f} arcsec/s with three dithers")
-    axes.legend()
-    return figure
+    lines = [Line(label=LABELS[kind], x=time, y=grown[kind], color=COLORS[kind]) for kind in KINDS]
+    walk, turned = gyro().random_walk * np.sqrt(time), grown["rate"] * time
+    lines.append(Line(label="N√t", x=time, y=walk, color="soft", weight="thin", dash="--"))
+    lines.append(Line(label="Ωt: no response to the rotation", x=time, y=turned, color="soft", weight="thin", dash=":"))
+    return Charts("growth", ((Chart(
+        key="growth", title=f"A rotation of {float(grown['rate']) / ARCSEC:.2f} arcsec/s with three dithers",
+        x=Axis(label="time", units=fixed("s"), log=True),
+        y=Axis(label="angle error, rms over seeds", units=fixed("arcsec", ARCSEC), log=True), marks=tuple(lines),
+    ),),), (7.0, 4.6))  # fmt: skip
 
 
-@styled
-def draw_random_walk(decade: list[dict[str, float]], others: list[dict[str, float]]) -> Figure:
-    """Draw the random walk over the dither rate, simulated over formula."""
-    figure = new_figure(7.0, 5.6)
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
-    dither = np.array([row["dither_deg_s"] for row in decade])
-    upper.loglog(
-        dither,
-        [row["formula_deg_sqrt_h"] for row in decade],
-        color=style.SOFT,
-        lw=style.THIN,
-        label="N = Ω$_L$/√(K Ω$_D$), K in rad/rad",
+def walk_over_dither(rows: list[dict[str, float]]) -> Charts:
+    """Return the random walk over the dither rate, integrated beside the formula, and over it."""
+    decade = [row for row in rows if row["frequency_hz"] == rows[0]["frequency_hz"]]
+    dither, formula, error = (
+        np.array([row[key] for row in decade]) for key in ("dither_deg_s", "formula_deg_sqrt_h", "standard_error")
     )
-    for rows, marker, color, label in (
-        (decade, "o", COLORS["both"], "integrated, 400 Hz"),
-        (others, "s", COLORS["one"], "integrated, " + ", ".join(f"{row['frequency_hz']:g}" for row in others) + " Hz"),
-    ):
-        x = [row["dither_deg_s"] for row in rows]
-        upper.loglog(x, [row["measured_deg_sqrt_h"] for row in rows], marker, color=color, ms=5, label=label)
-        band = [200.0 * row["standard_error"] for row in rows]
-        off = [100.0 * (row["ratio"] - 1.0) for row in rows]
-        lower.errorbar(x, off, band, fmt=marker, color=color, ms=4, capsize=3, lw=style.THIN)
-    lower.axhline(0.0, color=style.SOFT, lw=style.THIN)
-    lower.set_ylim(-12.0, 12.0)
-    lower.set_xlabel("largest dither rate Ω$_D$ [deg/s]")
-    lower.set_ylabel("excess over formula [%]\n(bars: 2σ)")
-    upper.set_ylabel("angle random walk [deg/√h]")
-    upper.set_title("Random walk of a dithered gyro with a lock-in of 0.1 deg/s")
-    ticks = [20, 30, 50, 70, 100, 140, 200]
-    lower.set_xticks(ticks, [str(tick) for tick in ticks])
-    walks = [0.004, 0.005, 0.007, 0.01]
-    upper.set_yticks(walks, [str(walk) for walk in walks])
-    upper.minorticks_off()
-    lower.minorticks_off()
-    upper.legend()
-    return figure
+    upper: list[Mark] = [
+        Line(label="N = Ω_L/√(K Ω_D), K in rad/rad", x=dither, y=formula, color="soft", weight="thin"),
+    ]
+    lower: list[Mark] = [
+        Rule(at=0.0), Band(label="2σ", x=dither, low=-200.0 * error, high=200.0 * error, color="bound"),
+    ]  # fmt: skip
+    for frequency, color, marker in ((400.0, "both", "o"), (200.0, "one", "s"), (800.0, "none", "^")):
+        own = [row for row in rows if row["frequency_hz"] == frequency]
+        x, walk, ratio = (np.array([r[key] for r in own]) for key in ("dither_deg_s", "measured_deg_sqrt_h", "ratio"))
+        look: dict[str, Any] = {"x": x, "color": COLORS[color], "marker": marker, "size": 5.0}
+        upper.append(Dots(label=f"integrated, {frequency:g} Hz", y=walk, **look))
+        lower.append(Dots(y=100.0 * (ratio - 1.0), **look))
+    largest = Axis(label="largest dither rate Ω_D", units=fixed("deg/s"), log=True)
+    walks, excess = Axis(label="angle random walk", units=fixed("deg/√h"), log=True), Axis(label="excess over formula",
+                    units=fixed("%"), low=-12.0, high=12.0)  # fmt: skip
+    title = "Random walk of a dithered gyro with a lock-in of 0.1 deg/s"
+    return Charts("random_walk", (
+        (Chart(key="walk", title=title, x=largest, y=walks, marks=tuple(upper)),),
+        (Chart(key="excess", x=largest, y=excess, marks=tuple(lower)),),
+    ), (7.0, 5.6), share="x", heights=(2.0, 1.0))  # fmt: skip
 
 
-def tables(summary: dict[str, Any]) -> str:
-    """Return the summary as Markdown."""
-    ring, response = summary["gyro"], summary["transfer"]
-    lines = ["# Lock-in study", "", "| ring | |", "|---|---|"]
-    lines += [f"| {key.replace('_', ' ')} | {value:.6g} |" for key, value in ring.items()]
-    lines += ["", "## Response", "", "| quantity | |", "|---|---|"]
-    lines += [
-        f"| largest deviation from the closed form without dither, in Ω_L | {response['undithered_departure']:.1e} |",
-        f"| largest deviation of the dithered gyro from the true rate, in Ω_L | {response['dithered_departure']:.1e} |",
-        f"| the same in standard deviations of its random walk | {response['dithered_score']:.1f} |",
-        f"| slope of the dithered response minus one | {response['dithered_slope_error']:.1e} |",
-    ]
-    lines += ["", "## Remaining dead zone", ""]
-    lines += [
-        "| dither | half-width, arcsec/s | largest deviation from theory, arcsec/s |",
-        "|---|---|---|",
-    ]
-    for kind in KINDS:
-        row = summary["dead_zones"][kind]
-        lines.append(f"| {LABELS[kind]} | {row['half_width_arcsec_s']:.3f} | {row['departure_arcsec_s']:.3f} |")
-    lines += ["", "## Growth of the angle error", ""]
-    lines += [f"At {summary['growth']['rate_arcsec_s']:.2f} arcsec/s, root mean square after "
-              f"{summary['growth']['time_s']:.2f} s:", ""]  # fmt: skip
-    lines += ["| dither | arcsec |", "|---|---|"]
-    lines += [f"| {LABELS[kind]} | {summary['growth'][kind + '_arcsec']:.3f} |" for kind in KINDS]
-    lines += [f"| N√t | {summary['growth']['random_walk_arcsec']:.3f} |"]
-    lines += [f"| Ωt | {summary['growth']['locked_arcsec']:.3f} |"]
-    lines += ["", "## Random walk, deg/√h", ""]
-    lines += [
-        "| Ω_D, deg/s | f, Hz | integrated | Ω_L/√(K Ω_D) | ratio | standard error |",
-        "|---|---|---|---|---|---|",
-    ]
-    for row in summary["random_walk"]:
-        lines.append(
-            f"| {row['dither_deg_s']:.1f} | {row['frequency_hz']:g} | {row['measured_deg_sqrt_h']:.5f} | "
-            f"{row['formula_deg_sqrt_h']:.5f} | {row['ratio']:.3f} | {row['standard_error']:.3f} |"
-        )
-    lines += ["", "K is in radians of phase per radian, 8πA/(λL). With K in pulses per radian the same formula is "
-              "Ω_L/√(2πK Ω_D).", ""]  # fmt: skip
-    return "\n".join(lines)
+def exhibits_of(
+    summary: dict[str, Any], swept: dict[str, Array], left: dict[str, Array], grown: dict[str, Array]
+) -> Exhibits:
+    """Return what the study has to show."""
+
+    def table(heads: tuple[str, ...], rows: Sequence[Sequence[str]]) -> Table:
+        return Table((Column(heads[0], words=True), *map(Column, heads[1:])), rows)
+
+    found = {key: f"{value:.1e}" for key, value in summary["transfer"].items()}
+    score, growth = f"{summary['transfer']['dithered_score']:.1f}", summary["growth"]
+    zones = [(LABELS[kind], *(f"{row[key]:.3f}" for key in ("half_width_arcsec_s", "departure_arcsec_s")))
+             for kind, row in summary["dead_zones"].items()]  # fmt: skip
+    walks = [
+        (f"{row['dither_deg_s']:.1f}", f"{row['frequency_hz']:g}", f"{row['measured_deg_sqrt_h']:.5f}",
+         f"{row['formula_deg_sqrt_h']:.5f}", f"{row['ratio']:.3f}", f"{row['standard_error']:.3f}")
+        for row in summary["random_walk"]
+    ]  # fmt: skip
+    return Exhibits("Lock-in study", [
+        table(("ring", ""), [(key.replace("_", " "), f"{value:.6g}") for key, value in summary["gyro"].items()]),
+        Section("Response", [
+            response(swept, left),
+            table(("quantity", ""), [
+                ("largest deviation from the closed form without dither, in Ω_L", found["undithered_departure"]),
+                ("largest deviation of the dithered gyro from the true rate, in Ω_L", found["dithered_departure"]),
+                ("the same in standard deviations of its random walk", score),
+                ("slope of the dithered response minus one", found["dithered_slope_error"]),
+            ]),
+            table(("remaining dead zone", "half-width, arcsec/s", "largest deviation from theory, arcsec/s"), zones),
+        ]),
+        Section("Growth of the angle error", [
+            Sentence(f"At {growth['rate_arcsec_s']:.2f} arcsec/s, root mean square after {growth['time_s']:.2f} s."),
+            growth_of_errors(grown),
+            table(("dither", "arcsec"), [
+                *((LABELS[kind], f"{growth[f'{kind}_arcsec']:.3f}") for kind in KINDS),
+                ("N√t", f"{growth['random_walk_arcsec']:.3f}"), ("Ωt", f"{growth['locked_arcsec']:.3f}"),
+            ]),
+        ]),
+        Section("Random walk, deg/√h", [
+            walk_over_dither(summary["random_walk"]),
+            table(("Ω_D, deg/s", "f, Hz", "integrated", "Ω_L/√(K Ω_D)", "ratio", "standard error"), walks),
+            Sentence("K is in radians of phase per radian, 8πA/(λL). With K in pulses per radian the same formula is "
+                     "Ω_L/√(2πK Ω_D).", "note"),
+        ]),
+    ], name="lock_in", root="lock_in", pictures=("response", "growth", "random_walk"))  # fmt: skip
 
 
 def main() -> None:
@@ -274,10 +262,7 @@ def main() -> None:
     # A mean over the second half of the swings: the random walk's standard deviation over that time.
     noise = g.random_walk * np.sqrt(2.0 * g.dither_frequency / (1600 // part // 2))
     off = swept["dithered"] - swept["rate"]
-    closed = {
-        kind: np.sign(left["rate"]) * np.sqrt(np.maximum(left["rate"] ** 2 - zone**2, 0.0))
-        for kind, zone in widths(g).items()
-    }
+    closed = {kind: remaining(left["rate"], zone) for kind, zone in widths(g).items()}
     end = float(grown["time"][-1])
     summary: dict[str, Any] = {
         "gyro": {
@@ -312,21 +297,18 @@ def main() -> None:
         },
         "random_walk": decade + others,
     }
-    for name, figure in (
-        ("response", draw_transfer(swept, left)),
-        ("growth", draw_growth(grown)),
-        ("random_walk", draw_random_walk(decade, others)),
-    ):
+    exhibits = exhibits_of(summary, swept, left, grown)
+    for charts in exhibits.charts():
         for suffix in (".svg", ".png"):
-            save(figure, folder / f"{name}{suffix}")
-    text = tables(summary)
-    for name, content in (("summary.json", json.dumps(summary, indent=2)), ("summary.md", text)):
-        draft = folder / f".{name}.part"
-        draft.write_text(content, encoding="utf-8")
-        os.replace(draft, folder / name)
-    record_lock_in_study(folder / "recording.rrd", swept=swept, left=left, grown=grown, summary=text)
+            save(figure_of(charts), folder / f"{charts.key}{suffix}")
+    text = markdown(exhibits)
+    folder.mkdir(parents=True, exist_ok=True)
+    write_text(folder / "summary.json", json.dumps(summary, indent=2))
+    write_text(folder / "summary.md", text)
+    write_text(folder / "report.html", page_of(exhibits))
+    record(exhibits, folder / "recording.rrd")
     print(text)
-    print(f"Figures, summary and recording are in {folder}. View: sinssim view {folder}")
+    print(f"Report, figures and recording are in {folder}. View: sinssim view {folder}")
 
 
 if __name__ == "__main__":
