@@ -17,21 +17,20 @@ import math
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
 from sinssim.alignment.alignment_budget import error_budget, expected_errors, total
 from sinssim.alignment.parked_theory import Attitude
+from sinssim.charts import Axis, Chart, Charts, Line, Mark, Rule
 from sinssim.data import Array
 from sinssim.earth import OMEGA_IE
-from sinssim.recording import style
-from sinssim.recording.figures import new_figure, save, styled
+from sinssim.recording.figures import figure_of, save
 from sinssim.sensors.imu.grades import GRADES
 from sinssim.sensors.imu.imu import Imu
 from sinssim.strapdown.platform_theory import AlignmentLoops
-from sinssim.units import ARCMIN, DEG
+from sinssim.units import ARCMIN, DEG, fixed
 
 LATITUDE = 50.0 * DEG
 TIME_CONSTANTS = (30.0, 60.0, 120.0, 240.0)
@@ -61,22 +60,21 @@ def until(time: Array, sigma: Array, limit: float) -> float | None:
     return float(time[beyond[-1] + 1]) if len(beyond) else 0.0
 
 
-@styled
-def draw(time: Array, found: dict[str, Array], final: float, grade: str) -> Figure:
-    """Draw azimuth and tilt over time."""
-    figure = new_figure(8.0, 6.5)
-    panels = zip(figure.subplots(2, 1, sharex=True), ("azimuth", "tilt about east"), (2, 1), strict=True)
-    for axes, name, column in panels:
-        for (label, sigma), color in zip(found.items(), style.colors(list(found)), strict=True):
-            width = 2.0 if label == "strapdown" else 1.2
-            axes.loglog(time[1:], sigma[1:, column] / ARCMIN, color=style.css(color), lw=width, label=label)
-        axes.set_ylabel(f"{name}, 1σ [arcmin]")
-    first, second = figure.axes
-    first.axhline(final / ARCMIN, color=style.SOFT, lw=style.THIN, ls="--", label="d$_E$/(U cos φ)")
-    first.set_title(f"Alignment at rest, {grade}")
-    first.legend(fontsize="small")
-    second.set_xlabel("time [s]")
-    return figure
+def charts(time: Array, found: dict[str, Array], final: float, grade: str) -> Charts:
+    """Return azimuth and tilt over time."""
+    rows = []
+    for name, column in (("azimuth", 2), ("tilt about east", 1)):
+        angle = Axis(label=f"{name}, 1σ", units=fixed("arcmin", ARCMIN), log=True)
+        marks: list[Mark] = [
+            Line(label=label, x=time[1:], y=sigma[1:, column], weight="bold" if label == "strapdown" else "line")
+            for label, sigma in found.items()
+        ]
+        marks += [Rule(at=final, label="d_E/(U cos φ)", dash="--")] if name == "azimuth" else []
+        seconds = Axis(label="time", units=fixed("s"), log=True)
+        rows.append((Chart(key=name, x=seconds, y=angle, marks=tuple(marks)),))
+    return Charts(
+        "platform_alignment", tuple(rows), (8.0, 6.5), f"Alignment at rest, {grade}", legend="below", share="x"
+    )
 
 
 def main() -> None:
@@ -106,7 +104,7 @@ def main() -> None:
     options.out.mkdir(parents=True, exist_ok=True)
     console.print(table)
     for suffix in ("svg", "png"):
-        save(draw(time, found, final, options.grade), options.out / f"platform_alignment.{suffix}")
+        save(figure_of(charts(time, found, final, options.grade)), options.out / f"platform_alignment.{suffix}")
     with (options.out / "platform_alignment.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(
