@@ -57,11 +57,11 @@ def html_of(charts: Charts) -> str:
         again = [bool(chart.y.names) and number > 0 and chart.y.names == row[0].y.names
                  for number, chart in enumerate(row)]  # fmt: skip
         beside = _left(row[0], *_ranges(row[0])) if any(again) else 0.0  # names take no room from the first chart
-        drawn = []
+        drawn, top = [], max(_heads(chart, 0.0, labelled=True)[1] for chart in row)
         for column, (chart, part) in enumerate(zip(row, widths, strict=False)):
             width = (whole - beside) * part / sum(widths) + (0.0 if column else beside)
             hidden = again[column] or (column > 0 and "y" in charts.share)
-            frame = _Frame(margin, aside, span, reach, names=not hidden)
+            frame = _Frame(margin, aside, top, span, reach, names=not hidden)
             drawn.append(svg_of(chart, width, height, frame, legend=charts.legend == "each"))
         apart = not any(again) and "y" not in charts.share  # charts that share names stay beside each other
         kind = "row" if not apart else "row two" if columns == 2 else "row many"
@@ -82,6 +82,7 @@ class _Frame:
 
     left: float = 0.0
     right: float = 0.0
+    top: int = 0
     span: tuple[float, float] | None = None
     reach: tuple[float, float] | None = None
     names: bool = True
@@ -168,6 +169,7 @@ def svg_of(chart: Chart, width: float, height: float, frame: _Frame | None = Non
     aside = chart.legend == "right" and len(names) > 0
     right = max(frame.right, _aside(chart) if legend else 14.0)
     body, top = _heads(chart, left, labelled=frame.names)
+    top = max(top, frame.top)
     if names and not aside:
         drawn, top = _legend(names, left, top, width)
         body.append(drawn)

@@ -293,6 +293,15 @@ def test_charts_that_share_names_stay_beside_each_other_on_a_narrow_page() -> No
     assert [kind(2, names=("a", "b")), kind(3, "y")] == ["row", "row"]
 
 
+def test_charts_of_a_row_stand_at_one_height() -> None:
+    """Title and label are 39 px high, a title alone 22; 8 px are between them and the axes."""
+    x = np.array([0.0, 1.0])
+    row = tuple(Chart(key=name, title=name, y=Axis(label=name), marks=(line(x, x),)) for name in ("label", ""))
+    found = re.findall(r'<svg x="[^"]*" y="(\d+)"', html_of(Charts("k", (row,), (8.0, 2.0))))
+    assert found == ["47", "47"]
+    assert re.findall(r'<svg x="[^"]*" y="(\d+)"', svg_of(row[1], 400.0, 200.0)) == ["30"]
+
+
 def test_a_drawing_to_the_pixel() -> None:
     """A box is 14 px high and 15 px a line; an arrow's head is 9 px long and 7.2 px wide, its line ends before."""
     d = svg.Drawing(200.0, 100.0, "about <it>")
