@@ -12,6 +12,7 @@ import numpy as np
 
 from sinssim import earth
 from sinssim.alignment.disturbed_base import inertial_curve
+from sinssim.analyses.calibration.turntable_calibration import calibrate
 from sinssim.analyses.error_budget.covariance_budget import budget
 from sinssim.content import package_content
 from sinssim.experiments.run.execute import rehearse, run
@@ -31,9 +32,10 @@ _PARKED = Scenario.model_validate(
 
 
 def first_half() -> None:
-    """Navigate a parked vehicle by every algorithm: they share the larger part of their kernels."""
+    """Navigate a parked vehicle by every algorithm: they share the larger part of their kernels; then calibrate."""
     with Draft() as folder:
         run(_PARKED, folder.path / "run")
+    calibrate(load_scenario("calibration_systematic", ("turntable.dwell_s=10", "imu.rate_hz=10")))
 
 
 def second_half() -> None:

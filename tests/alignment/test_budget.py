@@ -34,6 +34,7 @@ from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.laser_gyro import LaserGyros
 from sinssim.truth.motions.parked_and_great_circle import Parked
 from sinssim.units import ARCMIN, ARCSEC, DEG_H, DEG_SQRT_H, G0, PPM, UG
+from tests.slow import slow
 
 LEVEL = Attitude(0.4, 0.0, 0.0)
 LATITUDE = np.radians(50.0)
@@ -117,9 +118,10 @@ def test_non_linearity_is_a_bias_of_what_each_axis_reads():
     assert heading < 0.2 * ARCSEC  # of a gyro ten times as bad as any: negligible at rest
 
 
-def test_emulated_non_linearity_has_the_predicted_spread_and_mean():
+@pytest.mark.parametrize("runs", [375, *slow(1500)])
+def test_emulated_non_linearity_has_the_predicted_spread_and_mean(runs):
     """Through the emulator with K₂ and K₃ of both triads drawn, then fixed; the gyros' absurdly large, to be seen."""
-    roll, pitch, heading, runs = 0.4, -0.6, 1.2, 1500
+    roll, pitch, heading = 0.4, -0.6, 1.2
     q_nb = rotation.quaternion_from_euler(roll, pitch, heading)
     ideal = Parked(LATITUDE, 0.5, 0.0, q_nb, 100.0).increments(1.0)
     section = Imu(
@@ -171,10 +173,11 @@ DRIFTS: list[tuple[str, dict[str, float]]] = [
 ]
 
 
+@pytest.mark.parametrize("runs", [200, *slow(800)])
 @pytest.mark.parametrize(("source", "errors"), DRIFTS, ids=lambda value: str(value)[:40])
-def test_emulated_drifts_have_the_predicted_spread(source: str, errors: dict[str, float]) -> None:
+def test_emulated_drifts_have_the_predicted_spread(source: str, errors: dict[str, float], runs: int) -> None:
     """A session of 100 s that begins 80 s after the sensors were switched on, through the emulator, each term alone."""
-    roll, pitch, heading, runs, rate_hz, begin = 0.4, -0.6, 1.2, 800, 1.0, 80
+    roll, pitch, heading, rate_hz, begin = 0.4, -0.6, 1.2, 1.0, 80
     q_nb = rotation.quaternion_from_euler(roll, pitch, heading)
     ideal = Parked(LATITUDE, 0.5, 0.0, q_nb, 180.0).increments(rate_hz)
     section = Imu(grade="ideal", rate_hz=rate_hz, **errors)
@@ -301,9 +304,10 @@ def test_bias_takes_over_where_the_parts_are_equal():
     )
 
 
-def test_emulated_sessions_of_a_parked_truth_have_the_predicted_spread():
+@pytest.mark.parametrize("runs", [375, *slow(1500)])
+def test_emulated_sessions_of_a_parked_truth_have_the_predicted_spread(runs):
     """Truth, sensors, session, determination against the theory, all sources of the grade together."""
-    roll, pitch, heading, runs = 0.05, -0.1, 1.2, 1500
+    roll, pitch, heading = 0.05, -0.1, 1.2
     q_nb = rotation.quaternion_from_euler(roll, pitch, heading)
     ideal = Parked(LATITUDE, 0.5, 0.0, q_nb, 300.0).increments(2.0)
     section = Imu(grade="laser-standard")

@@ -26,6 +26,7 @@ from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motions.parked_and_great_circle import Parked
 from sinssim.units import ARCSEC, DEG_H
+from tests.slow import slow
 
 ANGLES = (1.2, 0.3, -0.2)  # heading, roll, pitch
 LATITUDE = np.radians(50.0)
@@ -42,10 +43,11 @@ def test_the_state_is_the_determined_attitude_at_rest():
     assert initial_state(result, 0.4, 120.0, latitude=0.7).latitude == 0.7
 
 
+@pytest.mark.parametrize("runs", [5000, *slow(20_000)])
 @pytest.mark.parametrize("known", [True, False])
-def test_covariance_is_that_of_emulated_alignments(known):
+def test_covariance_is_that_of_emulated_alignments(known, runs):
     """Attitude and all constant errors of the sensors of many runs, cross-correlations included."""
-    runs, duration = 20_000, 300.0
+    duration = 300.0
     gyro, accel = ideal_readings(*ANGLES, LATITUDE)
     rng = np.random.default_rng(6)
     readings, constants = [], []
@@ -88,7 +90,7 @@ def test_covariance_is_that_of_emulated_alignments(known):
         rows, samples, predicted = rows[1:], samples[:, 1:], predicted[1:, 1:]
     scale = np.sqrt(np.diag(predicted))
     found = np.cov(samples.T) / np.outer(scale, scale)
-    # 2000 independent draws: a correlation is known to 1/√2000, four of them
+    # a tenth of the runs are independent draws, n: a correlation is known to 1/√n, four of them
     np.testing.assert_allclose(found, predicted / np.outer(scale, scale), rtol=0, atol=4 * np.sqrt(2 / (runs // 10)))
 
 

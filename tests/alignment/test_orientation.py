@@ -24,6 +24,7 @@ from sinssim.sensors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.imu_errors import WarmUp
 from sinssim.units import DEG_H, PPM, UG
+from tests.slow import slow
 
 LATITUDE = np.radians(50.0)
 GRADE = expected_errors(Imu(grade="laser-standard")).sigma
@@ -142,10 +143,11 @@ def test_four_headings_cancel_the_scale_factors_too():
     assert four.heading < 1e-15
 
 
+@pytest.mark.parametrize("runs", [750, *slow(3000)])
 @pytest.mark.parametrize("count", [2, 4])
-def test_sets_against_draws_through_the_determination(count):
+def test_sets_against_draws_through_the_determination(count, runs):
     """Every error of a run is the same in all positions, noise is new in each."""
-    runs, duration = 3000, 600.0
+    duration = 600.0
     attitude = quarter_turns(0.5, count)
     gyro, accel = ideal_readings(*attitude, LATITUDE)
     rng = np.random.default_rng(5)

@@ -118,7 +118,7 @@ def test_the_options_of_a_scenario_reach_the_filter(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(aided_run, "estimate", kept)
     wanted = [
         'navigation.algorithms=["euler", "quaternion"]', 'navigation.frame="transverse"',
-        "navigation.route_deg=[88.0, 0.0, 88.0, 90.0]", 'navigation.curvature="spherical"',
+        "navigation.route_deg=[88.0, 0.0, 88.0, 90.0]", 'navigation.curvature="simplified"',
         "navigation.rates_hz=[100.0, 50.0, 10.0]", 'navigation.slow_quantities="extrapolate"',
         'navigation.ellipsoid="krasovsky-1940"', 'navigation.gravity="j2"', "great_circle.duration_s=20.0",
         "aiding.gnss.outages_s=[]",
@@ -126,7 +126,7 @@ def test_the_options_of_a_scenario_reach_the_filter(monkeypatch: pytest.MonkeyPa
     run_scenario(load_scenario("polar_flight", wanted))
     of: Mechanization = reached["mechanization"]
     assert of == Mechanization(
-        algorithm="euler", frame="transverse", route=of.route, curvature="spherical", ellipsoid="krasovsky-1940",
+        algorithm="euler", frame="transverse", route=of.route, curvature="simplified", ellipsoid="krasovsky-1940",
         gravity="j2", rates_hz=(100.0, 50.0, 10.0), slow_quantities="extrapolate",
     )  # fmt: skip
     assert of.route == pytest.approx(np.radians([88.0, 0.0, 88.0, 90.0]))

@@ -22,6 +22,7 @@ from sinssim.simulation.truth_comparison import InertialParameters
 from sinssim.statistics.chi_square import mean_square_band
 from tests.analyses.error_budget.worlds import SHORT_TURN
 from tests.sensors.sets.test_combination import SKEWED
+from tests.slow import slow
 
 STEP = {"type": "bias-step", "from_s": 20.0, "gyro_deg_h": (0.0, 0.0, 3000.0, 0.0, 0.0, 0.0)}
 SPIKE = {"type": "spike", "at_s": 30.0, "accel_mm_s": (0.0, 0.0, 0.0, 0.0, 20.0, 0.0)}
@@ -166,12 +167,13 @@ def _nees(runs: list[Run], time: float) -> Array:
     [({}, {"faults": (STEP, SPIKE)}), ({"directions": SKEWED, "monitoring": "none"}, {})],
     ids=["exclusions", "skewed"],
 )
-def test_filter_is_consistent(sensor_set: dict[str, Any], imu: dict[str, Any]) -> None:
-    """NEES of all states over 12 runs at three times; fails by chance with 3 · 0.1 %."""
+@pytest.mark.parametrize("count", [4, *slow(12)])
+def test_filter_is_consistent(sensor_set: dict[str, Any], imu: dict[str, Any], count: int) -> None:
+    """NEES of all states over some runs at three times; fails by chance with 3 · 0.1 %."""
     calibrated = {"gyro_bias_sigma_deg_h": 2.0, "gyro_scale_sigma_ppm": 2000.0, "gyro_misalignment_sigma_arcsec": 400.0}
     plan = scenario(sensor_set, imu=imu, compensation=calibrated)
-    runs = [sinssim.run(plan.model_copy(update={"seed": run_seed(5, i)})) for i in range(12)]
-    freedom = 12 * runs[0].aided.estimate.model.size
+    runs = [sinssim.run(plan.model_copy(update={"seed": run_seed(5, i)})) for i in range(count)]
+    freedom = count * runs[0].aided.estimate.model.size
     band = mean_square_band(freedom, 0.999)
     for time in (15.0, 27.0, 49.0):
         assert band.low < np.mean(_nees(runs, time)) < band.high, time

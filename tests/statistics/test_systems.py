@@ -18,6 +18,7 @@ from sinssim.experiments.ensembles import run_seed
 from sinssim.scenario import Scenario
 from sinssim.statistics.chi_square import compare_systems, detection_probability, mid_value
 from sinssim.units import DEG_H
+from tests.slow import slow
 
 STUDY = Path(__file__).parents[2] / "scenarios" / "compared_systems.py"
 COVARIANCE = np.array([[[4.0, 1.5], [1.5, 1.0]], [[9.0, -2.0], [-2.0, 5.0]]])
@@ -121,8 +122,9 @@ def test_difference_grows_as_the_closed_form() -> None:
     assert np.argmax(found > 1.0) == pytest.approx(np.argmax(expected > 1.0), abs=20)
 
 
-def test_detection_time_is_the_predicted_one() -> None:
-    """80 teams of two: the share that has detected agrees with the budget and the closed form at every tenth epoch.
+@pytest.mark.parametrize("teams", [30, *slow(80)])
+def test_detection_time_is_the_predicted_one(teams: int) -> None:
+    """Teams of two: the share that has detected agrees with the budget and the closed form at every tenth epoch.
 
     Each share fails by chance with 7e-6, and the closed form is 3.5 % off at most, which moves the probability by 6 %.
     """
@@ -134,14 +136,14 @@ def test_detection_time_is_the_predicted_one() -> None:
     faulty = at_rest(grade="laser-standard", faults=(FAULT,))
     rows = np.searchsorted(sinssim.fly(plan).start + result.time, result.time)
     found = []
-    for i in range(160):
+    for i in range(2 * teams):
         own = faulty if i % 2 == 0 else plan
         run = sinssim.run(own.model_copy(update={"seed": run_seed(4, i)}))
         rows = np.searchsorted(run.truth.time, result.time + run.truth.time[0] - 1e-6)
         found.append(run.errors["quaternion"].position_ned[rows, :2])
-    outputs = np.array(found).reshape(80, 2, len(result.time), 2)
+    outputs = np.array(found).reshape(teams, 2, len(result.time), 2)
     detected = compare_systems(outputs, result.total[:, :2, :2], 0.01).detected.mean(axis=0)
-    spread = np.sqrt(np.maximum(predicted * (1.0 - predicted), 0.01) / 80.0)
+    spread = np.sqrt(np.maximum(predicted * (1.0 - predicted), 0.01) / teams)
     assert (np.abs(detected - predicted) < 4.5 * spread + 0.06)[::10].all()
     assert 250.0 < result.time[np.argmax(predicted > 0.5)] < 1500.0
     assert detected[-1] == 1.0

@@ -202,9 +202,12 @@ def plants(output: Path) -> dict[str, Plant]:
         return {"the file": moved_out(""), "beside": beside_a_file}
     found: dict[str, Plant] = {"the directory": moved_out("")}
     beside: list[Plant] = []
+    alike: set[tuple[Path, str]] = set()
     for path in sorted(output.rglob("*")):
         name = path.relative_to(output).as_posix()
-        found[f"moved {name}"] = moved_out(name)
+        if (path.parent, path.suffix) not in alike or not path.suffix:  # one stream stands for all
+            found[f"moved {name}"] = moved_out(name)
+        alike.add((path.parent, path.suffix))
         if path.is_dir():
             found[f"empty {name}"] = link_at(name, "empty")
             beside.append(link_at(f"{name}/mine", "precious.txt"))

@@ -10,6 +10,7 @@ import pytest
 import sinssim
 from sinssim.analyses.error_budget.covariance_budget import budget
 from tests.analyses.error_budget.worlds import ALLOWED, SHORT_TURN, aided_ensemble, ensemble, scenario, standard_errors
+from tests.slow import slow
 
 _START = {
     "position_sigma_m": 5.0, "height_sigma_m": 3.0, "velocity_sigma_mps": 0.05, "tilt_sigma_arcmin": 0.5,
@@ -33,21 +34,25 @@ _REDUNDANT = {
 """Five sensors whose covariance has no symmetry, with errors of all kinds."""
 
 
+_CALIBRATED_SET = {"imu": _REDUNDANT, "compensation": {"gyro_bias_sigma_deg_h": 0.1, "gyro_scale_sigma_ppm": 300.0}}
+
+
 @pytest.mark.parametrize(
-    "tables",
+    ("runs", "tables"),
     [
-        {"imu": {"grade": "laser-standard"}, "navigation": {"vertical": "free", "initial_error": _START}},
-        {"imu": _NOISES, "navigation": {"vertical": "baro-loop"}},
-        {"imu": {"grade": "tactical"}, "compensation": {"gyro_bias_sigma_deg_h": 0.1, "accel_bias_sigma_ug": 30.0}},
-        {"imu": _REDUNDANT, "compensation": {"gyro_bias_sigma_deg_h": 0.1, "gyro_scale_sigma_ppm": 300.0}},
+        (200, {"imu": {"grade": "laser-standard"}, "navigation": {"vertical": "free", "initial_error": _START}}),
+        (200, {"imu": _NOISES, "navigation": {"vertical": "baro-loop"}}),
+        (200, {"imu": {"grade": "tactical"},
+               "compensation": {"gyro_bias_sigma_deg_h": 0.1, "accel_bias_sigma_ug": 30.0}}),
+        (20, _CALIBRATED_SET),
+        *slow((60, _CALIBRATED_SET)),
     ],
-    ids=["laser", "noises", "calibrated", "redundant"],
-)
-def test_unaided_runs(tables: dict[str, Any]) -> None:
-    """N = 200, or 60 of a redundant set; fails by chance with 0.3 % at most, see `ALLOWED`."""
+    ids=["laser", "noises", "calibrated", "redundant", "redundant, many"],
+)  # fmt: skip
+def test_unaided_runs(runs: int, tables: dict[str, Any]) -> None:
+    """Of N runs, fewer of a redundant set; fails by chance with 0.3 % at most, see `ALLOWED`."""
     plan = scenario(**tables)
     result = budget(plan)
-    runs = 200 if plan.imu.sensor_set.type == "gyros" else 60
     assert np.abs(standard_errors(ensemble(plan, result, runs), result)).max() < ALLOWED
 
 
@@ -65,6 +70,7 @@ def _aided(**changes: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
+@pytest.mark.parametrize("runs", [20, *slow(50)])
 @pytest.mark.parametrize(
     "changes",
     [
@@ -74,12 +80,12 @@ def _aided(**changes: Any) -> dict[str, Any]:
     ],
     ids=["all states", "a filter that knows less", "redundant"],
 )
-def test_runs_with_a_filter(changes: dict[str, Any]) -> None:
-    """N = 50, or 20 of a redundant set, some 130 instants; fails by chance with 0.3 % at most."""
+def test_runs_with_a_filter(changes: dict[str, Any], runs: int) -> None:
+    """Some 130 instants; fails by chance with 0.3 % at most."""
     imu = {"imu": changes["imu"]} if "imu" in changes else {}
     plan = scenario(**{**_aided(**{key: value for key, value in changes.items() if key != "imu"}), **imu})
     result = budget(plan, marks=(20.0, 40.0))
-    errors = aided_ensemble(plan, result, runs := 20 if imu else 50)
+    errors = aided_ensemble(plan, result, runs)
     assert np.abs(standard_errors(errors, result)).max() < ALLOWED
     assert result.added is not None  # and what an interval adds, readings that are late included
     begin, end = (errors[:, result.row(t)] for t in result.added.end[:2])

@@ -30,6 +30,20 @@ def study(**part) -> Study:
     return Study.model_validate({"name": "small", "parts": (whole,)})
 
 
+@pytest.fixture(autouse=True, scope="module")
+def _hardly_counted(request):
+    """Count the operations of a tenth of the samples and time each step twice: studies are tested, not their costs."""
+    if request.config.getoption("markexpr") != "not slow":
+        yield
+        return
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in (("_COUNTED_SAMPLES", 24), ("_TIMED_SAMPLES", 2400), ("_REPETITIONS", 1)):
+            patch.setattr(module.step_cost, name, value)
+        module.step_cost.count_operations.cache_clear()
+        yield
+    module.step_cost.count_operations.cache_clear()
+
+
 @pytest.fixture(scope="module")
 def cones():
     algorithms = ("rotation-vector-1", "rotation-vector-2", "rotation-vector-3", "rotation-vector-1p", "quaternion-4")

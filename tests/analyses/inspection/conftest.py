@@ -1,0 +1,18 @@
+"""What the tests of inspections share."""
+
+from __future__ import annotations
+
+import pytest
+
+from sinssim.analyses.inspection import suggestion_trial
+
+
+@pytest.fixture(autouse=True)
+def one_pass_of_two_outages(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Try suggested scenarios over 48 s once: ten minutes and four passes are most of an inspection's time.
+
+    `test_trial.py` is about the trials, and sets its own.
+    """
+    if not request.node.get_closest_marker("slow"):
+        monkeypatch.setattr(suggestion_trial, "_LONGEST_S", 48.0)
+        monkeypatch.setattr(suggestion_trial, "_PASSES", 1)
