@@ -9,7 +9,7 @@ from sinssim.analyses.inspection import suggestion_trial
 
 @pytest.fixture(autouse=True)
 def one_pass_of_two_outages(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Try suggested scenarios over 48 s once: ten minutes and four passes are most of an inspection's time.
+    """Try suggested scenarios over 48 s once: seven minutes and four passes are most of an inspection's time.
 
     `test_trial.py` is about the trials, and sets its own.
     """
