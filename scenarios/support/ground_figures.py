@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sinssim.alignment.alignment_budget import Method
 from sinssim.alignment.parked_theory import Angles, Array, Attitude
-from sinssim.analyses.alignment_result import bars, curve
+from sinssim.analyses.alignment_result import bars, curves
 from sinssim.charts import Charts
 from sinssim.recording import style
 from sinssim.recording.figures import figure_of, new_figure, styled
@@ -105,8 +105,8 @@ def session_curves(
     Returns:
         The figure.
     """
-    curves = tuple(curve(name, attitude, latitude, sigmas, method) for name in shown)
-    return figure_of(Charts("length", (curves,), (5.2 * len(shown), 4.4), title, legend="below"))
+    lines = curves(shown, attitude, latitude, sigmas, method)
+    return figure_of(Charts("length", (lines,), (5.2 * len(shown), 4.4), title, legend="below"))
 
 
 @styled

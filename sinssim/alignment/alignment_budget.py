@@ -322,8 +322,10 @@ def bias_takes_over(
             np.stack([np.broadcast_to(value, middle.shape)[k] for k, value in enumerate(total(budget, sources))])
             for sources in (AVERAGED, steady)
         )
-        noisy = averaged > lasting
+        noisy, before = averaged > lasting, (low, high)
         low, high = np.where(noisy, middle, low), np.where(noisy, high, middle)
+        if np.array_equal(before, (low, high)):  # neighbouring numbers
+            break
     return Angles(*np.where(low > 0.99 * _LONGEST, np.inf, np.where(high < 1.01 * _SHORTEST, 0.0, high)))
 
 

@@ -7,7 +7,7 @@ the recording, and the figure of the expected errors.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -344,14 +344,9 @@ def _expected(result: AlignmentResult) -> Charts:
     assert result.sigma is not None
     d = result.determination
     duration = Rule(at=result.duration, upright=True, label="duration", dash=":")
-    curves = tuple(
-        curve(name, d.attitude, d.latitude, {"total": result.sigma}, result.method, (duration,))
-        for name in Angles._fields
-    )
+    lines = curves(Angles._fields, d.attitude, d.latitude, {"total": result.sigma}, result.method, (duration,))
     title = f"{result.source}: expected error of a session of {result.duration:g} s"
-    return Charts(
-        "error_budget", (bars(result.budget), curves), (13.0, 8.0), title, legend="below", heights=(1.15, 1.0)
-    )
+    return Charts("error_budget", (bars(result.budget), lines), (13.0, 8.0), title, legend="below", heights=(1.15, 1.0))
 
 
 def bars(budget: Mapping[str, Angles]) -> tuple[Chart, ...]:
@@ -374,22 +369,31 @@ def _two_decimals(value: float, most: float) -> str:
     return f"{value:.2f}" if value >= 0.005 * (most or 1.0) else "" if value == 0.0 else f"{value:.1g}"
 
 
-def curve(
-    name: str, attitude: Attitude, latitude: ArrayLike, sigmas: Mapping[str, ImuErrors], method: Method,
+def curves(
+    names: Sequence[str], attitude: Attitude, latitude: ArrayLike, sigmas: Mapping[str, ImuErrors], method: Method,
     more: tuple[Mark, ...] = (),
-) -> Chart:  # fmt: skip
-    """Return an angle's σ over the length of the session: all sources, and those that averaging does not reduce."""
+) -> tuple[Chart, ...]:  # fmt: skip
+    """Return the σ of angles over the length of the session: all sources, and those that averaging does not reduce."""
     time = np.geomspace(1.0, 2e4, 200)
     steady = tuple(source for source in SOURCES if source not in AVERAGED)
+    known = {}
+    for label, sigma in sigmas.items():
+        budget = error_budget(attitude, latitude, sigma, time, method=method)
+        crossing = bias_takes_over(attitude, latitude, sigma, method=method)
+        known[label] = total(budget), total(budget, steady), crossing
+    return tuple(_curve(name, time, known, more) for name in names)
+
+
+def _curve(name: str, time: Array, known: Mapping[str, tuple[Angles, ...]], more: tuple[Mark, ...]) -> Chart:
+    """Return the chart of an angle: totals, what averaging does not reduce of them, and their crossing, by label."""
     k, palette = Angles._fields.index(name), Angles._fields
     marks: list[Mark] = []
-    for number, (label, sigma) in enumerate(sigmas.items()):
+    for number, (label, (of_all, lasting, crossings)) in enumerate(known.items()):
         color = palette[number % len(palette)]
-        budget = error_budget(attitude, latitude, sigma, time, method=method)
-        floor = np.broadcast_to(total(budget, steady)[k], time.shape)
-        marks += [Line(label=label, x=time, y=np.broadcast_to(total(budget)[k], time.shape), color=color),
+        floor = np.broadcast_to(lasting[k], time.shape)
+        marks += [Line(label=label, x=time, y=np.broadcast_to(of_all[k], time.shape), color=color),
                   Line(x=time, y=floor, color=color, weight="thin", dash="--")]  # fmt: skip
-        crossing = float(bias_takes_over(attitude, latitude, sigma, method=method)[k])
+        crossing = float(crossings[k])
         if time[0] < crossing < time[-1]:
             height = math.sqrt(2.0) * float(floor[0])
             marks += [Dots(x=np.array([crossing]), y=np.array([height]), color=color, size=5.0),

@@ -108,7 +108,7 @@ def test_the_curves() -> None:
     """A gyro bias gives the heading b/(U cos φ) at any time; white noise N the same with N/√T; both cross at (N/b)²."""
     bias, walk, latitude = 0.01 * DEG_H, 0.004 * DEG_H * 60.0, 0.8
     sigma = ImuErrors(TriadErrors(bias=np.full(3, bias), random_walk=walk), TriadErrors())
-    chart = shown.curve("heading", Attitude(0.7, 0.0, 0.0), latitude, {"block": sigma}, "quiet")
+    (chart,) = shown.curves(["heading"], Attitude(0.7, 0.0, 0.0), latitude, {"block": sigma}, "quiet")
     time = np.array([exp(log(2e4) * k / 199.0) for k in range(200)])
     east = 7.292115e-5 * cos(latitude)
     whole, floor = lines_of(chart)["block"], lines_of(chart)[""]
@@ -130,7 +130,7 @@ def test_the_curves() -> None:
     assert chart.x.log
     assert chart.y.log
     level = ImuErrors(TriadErrors(), TriadErrors(bias=np.full(3, 50.0 * UG)))
-    tilts = shown.curve("roll", Attitude(0.7, 0.0, 0.0), latitude, {"block": level}, "quiet")
+    (tilts,) = shown.curves(["roll"], Attitude(0.7, 0.0, 0.0), latitude, {"block": level}, "quiet")
     np.testing.assert_allclose(lines_of(tilts)[""].y, 50e-6, rtol=2e-3)  # b/g
     assert tilts.heading(True) == "σ of the roll [arcsec]"
     low, high = tilts.ends(upright=True)
