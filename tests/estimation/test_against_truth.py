@@ -15,6 +15,7 @@ from sinssim.estimation.consistency import ActualConsistency, actual_consistency
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.filter_result import History
 from tests.estimation.worlds import biases_only, one_run, positions, velocities, weaving
+from tests.slow import slow
 
 CLOCKWORK = ErrorModel(
     (Block("position", 1.0), Block("velocity", 1.0), Block("attitude", 1e-3), Block("gyro bias", 1.0)), 1e-4, 1e-3
@@ -68,16 +69,17 @@ def designed(rows: int) -> tuple[Array, Array]:
 
 
 @cache
-def sound_runs() -> list[ActualConsistency]:
-    """Return the judgements of 200 runs of a right filter."""
+def sound_runs(count: int) -> list[ActualConsistency]:
+    """Return the judgements of runs of a right filter."""
     p, gains = designed(100)
-    return [actual_consistency(CLOCKWORK, *made(100, seed, p, gains)) for seed in range(200)]
+    return [actual_consistency(CLOCKWORK, *made(100, seed, p, gains)) for seed in range(count)]
 
 
-def test_the_band_is_that_of_the_means_of_many_runs() -> None:
+@pytest.mark.parametrize("count", [50, *slow(200)])
+def test_the_band_is_that_of_the_means_of_many_runs(count: int) -> None:
     """Mean and variance of a run's NEES are what the filter itself says of them, for slow and for quick states."""
     values: dict[str, list[float]] = {}
-    for found in sound_runs():
+    for found in sound_runs(count):
         for name, (test, _) in found.nees.items():
             values.setdefault(name, []).append(test.value)
     bands = {name: (test.lower, test.upper) for name, (test, _) in found.nees.items()}
@@ -86,14 +88,14 @@ def test_the_band_is_that_of_the_means_of_many_runs() -> None:
     assert bands["attitude"][1] < 1.6
     for name, of_runs in values.items():
         inside = np.mean([bands[name][0] < v < bands[name][1] for v in of_runs])
-        assert inside == pytest.approx(0.95, abs=0.05), name
-        assert np.mean(of_runs) == pytest.approx(1.0, abs=4.0 * np.std(of_runs) / np.sqrt(200)), name
+        assert inside == pytest.approx(0.95, abs=0.05 * np.sqrt(200 / count)), name
+        assert np.mean(of_runs) == pytest.approx(1.0, abs=4.0 * np.std(of_runs) / np.sqrt(count)), name
 
 
-def test_sound_runs_fail_as_rarely_as_said() -> None:
-    assert (
-        sum(bool(run.sentences) for run in sound_runs()) <= 8
-    )  # 1 % of 200 are 2, at most 8 with a probability of 0.9998
+@pytest.mark.parametrize(("count", "most"), [(50, 4), *slow((200, 8))])
+def test_sound_runs_fail_as_rarely_as_said(count: int, most: int) -> None:
+    """1 % of 50 are 0.5, at most 4 with a probability of 0.9998; of 200 they are 2, at most 8 with the same."""
+    assert sum(bool(run.sentences) for run in sound_runs(count)) <= most
 
 
 @pytest.mark.parametrize(("told", "verdict"), [(1.0 / 0.3, "optimistic"), (1.0 / 3.0, "pessimistic")])

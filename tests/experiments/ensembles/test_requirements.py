@@ -24,8 +24,8 @@ def _without_report(monkeypatch) -> None:
 
 @pytest.fixture(scope="module")
 def limit() -> str:
-    """A requirement that 20 runs leave undecided and more decide: the σ of 640 runs and a quarter."""
-    many = sinssim.ensemble(scenario(), 640)
+    """A requirement that 20 runs leave undecided and more decide: the σ of 160 runs and a quarter."""
+    many = sinssim.ensemble(scenario(), 160)
     return NEAR.format(1.25 * float(np.sqrt(np.mean(many.errors.final[:, 0] ** 2))))
 
 
