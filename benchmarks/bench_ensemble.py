@@ -97,7 +97,7 @@ def stages() -> dict[str, float]:
     parts |= {n: parts["_navigate_lane"].py_func.__globals__[n] for n in ("_draw_lane", "_measure_lane", "_step_lane")}
     w, x = np.zeros(batch_layout.SENSOR_ROWS * lanes), np.zeros(batch_layout.NAVIGATION_ROWS * lanes)
     y, keys = np.zeros((5, 6 * lanes)), np.array([key(seed) for seed in range(lanes)], dtype=np.uint64).T.copy()
-    lane_keys, c = np.empty((6, lanes), np.uint64), packed.conditions.copy()
+    lane_keys, c = np.empty((50, lanes), np.uint64), packed.conditions.copy()
     columns = np.array([initial.latitude, initial.longitude, initial.height, *initial.velocity_ned, *initial.q_nb])
     states = np.repeat(columns[:, None], lanes, axis=1)
     earth, weights = parameters(ellipsoid_by_name("wgs84")), weight_table(ideal.time, True)

@@ -67,12 +67,12 @@ def test_the_kernel_gives_the_definition() -> None:
 def test_normal_numbers_are_box_and_mullers_of_the_words() -> None:
     """Key, counter and bits as the module says; logarithm and sines by the library."""
     seed, term, axis = (7 << 32) + 5, "random walk", 2
-    found = pairs(seed, term, axis, 1000, first=(1 << 33) + 4)
+    found = pairs(seed, term, axis, 1000, first=(1 << 34) + 5)
     for n in range(1000):
-        counter = ((n + 4) & 0xFFFFFFFF, 2, zlib.crc32(term.encode()), axis)
-        w = by_definition(32, (5, 7), counter)
-        u = ((w[0] << 20 | w[1] >> 12) + 0.5) / 2**52
-        v = ((w[2] << 20 | w[3] >> 12) + 0.5) / 2**52
+        block, odd = divmod(n + 5, 2)
+        w = by_definition(32, (5, 7), (block, 2, zlib.crc32(term.encode()), axis))[2 * odd : 2 * odd + 2]
+        u = ((w[0] << 8 | w[1] >> 24) + 0.5) / 2**40
+        v = ((w[1] & 0xFFFFFF) + 0.5) / 2**24
         radius = math.sqrt(-2.0 * math.log(u))
         assert found[0, n] == pytest.approx(radius * math.cos(2 * math.pi * v), rel=1e-13, abs=4e-15)
         assert found[1, n] == pytest.approx(radius * math.sin(2 * math.pi * v), rel=1e-13, abs=4e-15)
@@ -86,7 +86,8 @@ def test_one_at_a_time_and_many_at_once_are_the_same_bits() -> None:
     alone = np.array([_one(key_0, key_1, n, term, np.uint64(1)) for n in range(1000)]).T
     assert np.array_equal(whole, alone)
     for first in (1, 5, 640):
-        assert np.array_equal(pairs(3, "flicker", 1, 17, first), whole[:, first : first + 17])
+        for count in (0, 1, 2, 17, 18):
+            assert np.array_equal(pairs(3, "flicker", 1, count, first), whole[:, first : first + count])
 
 
 def test_the_bits_are_the_same_on_every_machine() -> None:
@@ -95,7 +96,7 @@ def test_the_bits_are_the_same_on_every_machine() -> None:
     for seed in (0, 1 << 63):
         for axis in (0, 2):
             digest.update(pairs(seed, "random walk", axis, 500).astype("<f8").tobytes())
-    assert digest.hexdigest() == "8d11993aa0916a6db5076e432902072b9f7b3e9b5315f319e959d5c5aefe0def"
+    assert digest.hexdigest() == "3fc12d699616ba22c9f57715912e10022965aeaa4d5a111291d184af966fe398"
 
 
 COUNT = 2_000_000
@@ -144,6 +145,15 @@ def test_angles_and_radii_are_those_of_independent_pairs() -> None:
     cells = np.histogram2d(turns, energy, 30, ((0, 1), (0, 1)))[0]
     expected = 1e6 / 900
     assert np.sum((cells - expected) ** 2) / expected < stats.chi2.ppf(1 - 1e-4, 899)
+
+
+def test_the_two_halves_of_a_block_are_independent() -> None:
+    first, second = pairs(11, "random walk", 2, 2_000_000).reshape(2, -1, 2).transpose(2, 0, 1).reshape(2, -1)
+    for one, other in ((first, second), (first**2, second**2), (first**2, second), (first, second**2)):
+        assert abs(np.corrcoef(one, other)[0, 1]) < 4.5 / math.sqrt(len(one))
+    cells = np.histogram2d(stats.norm.cdf(first), stats.norm.cdf(second), 30, ((0, 1), (0, 1)))[0]
+    expected = len(first) / 900
+    assert stats.chi2.ppf(1e-4, 899) < np.sum((cells - expected) ** 2) / expected < stats.chi2.ppf(1 - 1e-4, 899)
 
 
 def test_seeds_terms_axes_triads_and_neighbours_are_uncorrelated() -> None:

@@ -50,7 +50,7 @@ from sinssim.sensors.imu.error_kernel import (
     begin,
     channel_k,
 )
-from sinssim.statistics.random_numbers import Words, direction_k, philox, radius_k
+from sinssim.statistics.random_numbers import Words, direction_k, philox, root_k, square_k, uniform_k
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
 from sinssim.strapdown.coning_sculling import WINDOW, Weights, fitted_k, small_turn_k
 from sinssim.strapdown.engine_assembly import algorithm_file, guarded, parts
@@ -60,7 +60,7 @@ from sinssim.strapdown.frames.vertical_channel import BARO_LOOP, FREE, HELD, Cha
 from sinssim.strapdown.solution_coordinates import POLAR_LIMIT
 from sinssim.system.registries import on_change
 
-_LOW, _32 = np.uint64(0xFFFFFFFF), np.uint64(32)
+_LOW, _1, _32 = np.uint64(0xFFFFFFFF), np.uint64(1), np.uint64(32)
 NOISE = 0
 """Number of a noise, bound below."""
 ACTIVE, GRAVITY, VERTICAL, SIMPLIFIED = 0, 0, FREE, False
@@ -93,27 +93,44 @@ def _moments_k(
     return (y[j], fitted_k(a, x0, x1, x2, x3, x4), fitted_k(b, x0, x1, x2, x3, x4))
 
 
+@strict_inline
+def _pairs_of_lane(w: Array, words: Words, axis: int, row: int) -> None:
+    """Convert two rows of words to normal numbers, in short loops, whose chains of operations overlap."""
+    for j in range(LANES):
+        exponent, s = uniform_k(words[row, j], words[row + 1, j])
+        keep_noise_k(w, NOISE, axis, j, exponent)
+        keep_noise_k(w, NOISE, axis + 3, j, s)
+    for j in range(LANES):
+        keep_noise_k(w, NOISE, axis, j, square_k(noise_k(w, NOISE, axis, j), noise_k(w, NOISE, axis + 3, j)))
+    for j in range(LANES):
+        keep_noise_k(w, NOISE, axis, j, root_k(noise_k(w, NOISE, axis, j)))
+    for j in range(LANES):
+        radius, (cosine, sine) = noise_k(w, NOISE, axis, j), direction_k(words[row + 1, j])
+        keep_noise_k(w, NOISE, axis, j, radius * cosine)
+        keep_noise_k(w, NOISE, axis + 3, j, radius * sine)
+
+
 @strict_kernel
 def _draw_noise(w: Array, words: Words, number: int) -> None:
     """Draw the normal numbers of a sample for noise NOISE; a constant, so that the compiler sees constant rows.
 
-    The steps of `normal_pair` are separate loops: in a single one the processor waits for the results of each step, and
-    takes a tenth longer.
+    A block of words serves an even sample and the odd one that follows. The steps of `normal_pair` are separate loops:
+    in a single one the processor waits for the results of each step, and takes a tenth longer.
     """
     wide_vectors()
-    sample = np.uint64(number)
-    low, high = sample & _LOW, sample >> _32
+    block = np.uint64(number) >> _1
+    low, high, half = block & _LOW, block >> _32, 2 * (number & 1)
     for axis in range(3):
-        for j in range(LANES):
-            words[2, j], words[3, j], words[4, j], words[5, j] = philox(
-                words[0, j], words[1, j], low, high, TERM_NUMBERS[NOISE], np.uint64(axis)
-            )
-        for j in range(LANES):
-            keep_noise_k(w, NOISE, axis, j, radius_k(words[2, j], words[3, j]))
-        for j in range(LANES):
-            radius, (cosine, sine) = noise_k(w, NOISE, axis, j), direction_k(words[4, j], words[5, j])
-            keep_noise_k(w, NOISE, axis, j, radius * cosine)
-            keep_noise_k(w, NOISE, axis + 3, j, radius * sine)
+        row = 2 + 4 * (3 * NOISE + axis)
+        if half == 0 or number == 1:
+            for j in range(LANES):
+                words[row, j], words[row + 1, j], words[row + 2, j], words[row + 3, j] = philox(
+                    words[0, j], words[1, j], low, high, TERM_NUMBERS[NOISE], np.uint64(axis)
+                )
+        if half == 0:
+            _pairs_of_lane(w, words, axis, row)
+        else:
+            _pairs_of_lane(w, words, axis, row + 2)
 
 
 _draw_white, _draw_wander, _draw_rate_walk, _draw_flicker = (
@@ -249,7 +266,7 @@ def navigate_lanes(
         left: 1 for runs that left the range of the kernel, whose states are not valid, (R,), written.
     """
     w, x, y = np.empty(SENSOR_ROWS * LANES), np.empty(NAVIGATION_ROWS * LANES), np.empty((WINDOW, 6 * LANES))
-    words, c = np.empty((6, LANES), np.uint64), np.empty(len(sensors.conditions))
+    words, c = np.empty((2 + 4 * 3 * len(NOISES), LANES), np.uint64), np.empty(len(sensors.conditions))
     for first in range(first_run, last_run, LANES):
         last = min(first + LANES, last_run)
         _prepare_lane(w, sensors.parameters, keys, words, first, last)
