@@ -225,18 +225,21 @@ def test_a_scenario_whose_base_sways_slowly_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("draws", [8])
 def test_a_base_that_tilts_steadily_is_refused_or_the_covariance_covers(draws: int) -> None:
     """7.6″ to the east in 300 s at 50° of latitude are 9′ of heading, at a σ of 2.2′ if it is not seen."""
-    expected = expected_errors(LASER)
+    expected, accepted = expected_errors(LASER), 0
     for seed, arcsec in enumerate(np.repeat([7.6, 2.0], draws)):
         rng = np.random.default_rng([7, seed])
         east = Rotation.from_euler("ZYX", [HEADING, PITCH, ROLL]).inv().apply([0.0, 1.0, 0.0])
         turn = arcsec * ARCSEC * rng.choice([-1.0, 1.0]) * east
         imu = emulate(session(rate=10.0, change=lambda t, turn=turn: np.outer(t / t[-1], turn)), LASER, seed)
         still = stillness(imu, expected)
-        assert still.moved == (arcsec > 7.0), still.worst
+        assert still.moved or arcsec < 7.0, still.worst
         if not still.moved:  # a turn of 2″, 2.5 σ_d, alone
             found = determine(*mean_readings(imu))
             error = arcsec * ARCSEC / 300.0 / (OMEGA_IE * np.cos(LATITUDE))
             assert motion_errors(coefficients(found.attitude, LATITUDE), still).heading > 0.4 * error
+            accepted += 1
+    # the limit is 1.5σ above a turn of 2″: 7 of 8 pass, fewer than half once in 3000
+    assert accepted >= draws / 2
 
 
 PERIODS = {"mixed": (2.0, 2000.0), "slow": (100.0, 1000.0), "drift": (600.0, 6000.0)}

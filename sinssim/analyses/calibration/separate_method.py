@@ -82,7 +82,8 @@ def _matrix(q0: float, q1: float, q2: float, q3: float, c: Array) -> None:
 
 Rows = NDArray[np.intp]
 
-_MOST = 40
+_MOST = 100
+"""Iterations: readings far better than the table converge by 0.85 a step, slower than the trust grows."""
 _TRUST = 4.0
 """Growth of the trust in a step."""
 _STANDS = 1e-3
