@@ -59,7 +59,7 @@ def test_two_filters_agree(judge: Judge) -> None:
         )
     )
     assert np.abs(difference / theirs).max() < 0.01
-    assert ours.horizontal.max() > 5.0, "the errors are far above these differences: metres without satellites"
+    assert ours.horizontal.max() > 3.0, "the errors are far above these differences: metres without satellites"
 
 
 def test_the_page_shows_the_configuration_that_is_written(judge: Judge, tmp_path: Path) -> None:
@@ -79,7 +79,7 @@ def test_sigma_of_another_solution_are_not_taken(tmp_path: Path) -> None:
         shutil.copy(file, tmp_path)
     found = read_file(tmp_path / "KF_GINS_Navresult.nav").solutions["solution"]
     assert found.position_sigma is not None
-    assert found.position_sigma[0].tolist() == [0.832813055, 0.832814865, 0.949747190]
+    assert found.position_sigma[0].tolist() == [0.832812313, 0.832814871, 0.949747178]
     assert found.attitude_sigma is not None
     assert np.isnan(found.attitude_sigma[:, :2]).all(), "those of roll and pitch are not in the file"
     rows = (tmp_path / "KF_GINS_STD.txt").read_text().splitlines()
