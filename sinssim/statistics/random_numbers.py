@@ -1,12 +1,12 @@
 """Counter-based random numbers (Philox): each is a function of seed, term, axis and index, equal on all machines.
 
-Philox4x32-7 (Salmon, Moraes, Dror and Shaw, Parallel random numbers: as easy as 1, 2, 3, SC11, 2011; seven rounds pass
-all tests of its table 2): the key is the seed, and the counter holds half the number of the sample, the CRC-32 of the
-term's name and the axis. Of the 128 output bits, 64 are for an even sample and 64 for the odd one that follows. They
-give two normal numbers by the Box-Muller method, 40 bits the radius and 24 the direction: the first is for the gyro,
-the second for the accelerometer of the same term and axis. Logarithm, sine and cosine are polynomials, and all
-operations keep their written order, so that the numbers depend neither on a machine's library nor on vectorisation by
-the compiler. Their fused multiplications and additions, which are rounded once, are written out for the same reason.
+Philox4x32-10 (Salmon, Moraes, Dror and Shaw, Parallel random numbers: as easy as 1, 2, 3, SC11, 2011): the key is the
+seed, and the counter holds half the number of the sample, the CRC-32 of the term's name and the axis. Of the 128 output
+bits, 64 are for an even sample and 64 for the odd one that follows. They give two normal numbers by the Box-Muller
+method, 40 bits the radius and 24 the direction: the first is for the gyro, the second for the accelerometer of the same
+term and axis. Logarithm, sine and cosine are polynomials, and all operations keep their written order, so that the
+numbers depend neither on a machine's library nor on vectorisation by the compiler. Their fused multiplications and
+additions, which are rounded once, are written out for the same reason.
 """
 
 from __future__ import annotations
