@@ -52,11 +52,11 @@ def test_first_flight(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: p
     names, shown = run_notebook("first_flight", tmp_path, monkeypatch)
     plan, result, budget = (one._repr_html_() for one in shown)
     assert "leg 2   turn" in plan
-    assert result.count("99.7") == 6  # three algorithms, at the end and the largest, m
+    assert result.count("245.4") == 6  # three algorithms, at the end and the largest, m
     assert "accelerometers, bias" in budget
     assert isinstance(names["figure"], Figure)
     out = capsys.readouterr().out
-    assert "10 min:    99.7 m horizontally" in out
+    assert "10 min:   245.4 m horizontally" in out
     assert "height 3000 to 3501 m" in out
 
 
