@@ -146,7 +146,7 @@ def normal_pairs(
     count, odd = len(gyro), first & 1
     if odd and count:
         gyro[0], accel[0] = normal_pair(key_0, key_1, np.int64(first), term, axis)
-    blocks = (count - odd) >> 1
+    blocks = max(count - odd, 0) >> 1  # of no numbers at an odd place there are no blocks, not −1
     start = np.uint64(first + odd) >> _1
     for n in range(blocks):
         block = start + np.uint64(n)
