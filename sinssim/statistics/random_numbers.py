@@ -36,7 +36,7 @@ _PLACE = 2.0**-22 * 0.5 * math.pi  # a quarter turn has 2²² places
 _HALF_QUARTER = 1 << 21
 _SQRT_HALF = 0x3FE6A09E667F3BCD  # the bits of √½
 _INVERSE_ROOT = 0x5FE6EB50C7B537A9
-"""Bits from which half the bits of x are taken for 1/√x within 3.5 %: exponent and mantissa together are nearly lb x."""
+"""Bits from which half the bits of x are taken for 1/√x within 3.5 %: exponent and mantissa are nearly lb x."""
 
 # Polynomials in s² and x² of least relative error, 2e-16 and less (exchange algorithm of Remez): atanh(s)/s for
 # |s| ≤ 3 − 2√2, sin(x)/x and cos(x) for |x| ≤ π/4

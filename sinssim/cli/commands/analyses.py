@@ -301,14 +301,10 @@ def inspect(
         sinssim inspect imu.csv gnss.pos --vehicle land --out drive.toml
     """
     from sinssim.analyses.inspection.inspected_files import inspect
-    from sinssim.errors import InputError
     from sinssim.system.outputs import write_text
 
     if out is not None:
-        if out.suffix != ".toml":
-            raise InputError(f"--out {out}: a scenario's file ends with .toml.")
-        if out.exists() and not overwrite:
-            raise InputError(f"--out {out}: there is such a file already. Choose another name, or add --overwrite.")
+        _check_out(out, overwrite)
     place = Path() if out is None else out.parent
     with shown(has_bars(quiet or as_json)) as progress:
         result = inspect(files, place, land=vehicle == "land", trial=trial, progress=progress)
@@ -326,6 +322,16 @@ def inspect(
         print(f"\nScenario: {out}")
     if not result.inspection.usable:
         raise typer.Exit(2)
+
+
+def _check_out(out: Path, overwrite: bool) -> None:
+    """Raise if the suggested scenario cannot be written to a file."""
+    from sinssim.errors import InputError
+
+    if out.suffix != ".toml":
+        raise InputError(f"--out {out}: a scenario's file ends with .toml.")
+    if out.exists() and not overwrite:
+        raise InputError(f"--out {out}: there is such a file already. Choose another name, or add --overwrite.")
 
 
 _MARKS = {"fact": ("", ""), "doubt": ("doubt", "yellow"), "wrong": ("WRONG", "bold red")}
