@@ -47,7 +47,7 @@ def test_bands_of_every_error(drawn: Any) -> None:
     for name, (_, size) in COMPONENTS.items():
         own = abs(size)
         for end, kind, paint, time, error, sigma in (
-            ("", "aided", [BOUND, BOUND, AIDED], TIME, ERROR, SHARE),
+            ("/0", "aided", [BOUND, BOUND, AIDED], TIME, ERROR, SHARE),
             ("/1", "smoothed", [(171, 138, 156)] * 2 + [SMOOTHED], [20.0, 50.0, 420.0], np.array([8.0, -3.0, 2.0]),
              np.array([9.0, 2.5, 3.5])),
             ("/2", "backward", [(175, 127, 90)] * 2 + [BACKWARD], [30.0, 400.0, 410.0], np.array([1.0, -4.0, 60.0]),
@@ -66,7 +66,7 @@ def test_parameters_over_their_sigma(drawn: Any) -> None:
     drawn.shows("filter/gyro/1", names, TIME, np.column_stack([ratio] * 3), [X, Y, Z])
     drawn.shows("filter/accelerometer/1", ["accelerometer bias right"], TIME, ratio[:, None], [Y])
     for sensor in ("gyro", "accelerometer"):
-        drawn.shows(f"filter/{sensor}", ["±3σ", ""], [20.0, 420.0], [[3.0, -3.0]] * 2, [BOUND] * 2)
+        drawn.shows(f"filter/{sensor}/0", ["±3σ", ""], [20.0, 420.0], [[3.0, -3.0]] * 2, [BOUND] * 2)
 
 
 def test_unknown_parameters_over_the_sigma_at_the_start() -> None:
