@@ -27,7 +27,7 @@ from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.ellipsoids import ellipsoid_by_name
 from sinssim.earth.gravity import parameters
 from sinssim.experiments.ensembles import batch_layout
-from sinssim.experiments.ensembles.batch_kernel import engine
+from sinssim.experiments.ensembles.batch_kernel import WORD_ROWS, engine
 from sinssim.experiments.ensembles.batch_navigation import navigate_batch
 from sinssim.jit import strict_kernel
 from sinssim.sensors import draw
@@ -97,7 +97,7 @@ def stages() -> dict[str, float]:
     parts |= {n: parts["_navigate_lane"].py_func.__globals__[n] for n in ("_draw_lane", "_measure_lane", "_step_lane")}
     w, x = np.zeros(batch_layout.SENSOR_ROWS * lanes), np.zeros(batch_layout.NAVIGATION_ROWS * lanes)
     y, keys = np.zeros((5, 6 * lanes)), np.array([key(seed) for seed in range(lanes)], dtype=np.uint64).T.copy()
-    lane_keys, c = np.empty((50, lanes), np.uint64), packed.conditions.copy()
+    lane_keys, c = np.empty((WORD_ROWS, lanes), np.uint64), packed.conditions.copy()
     columns = np.array([initial.latitude, initial.longitude, initial.height, *initial.velocity_ned, *initial.q_nb])
     states = np.repeat(columns[:, None], lanes, axis=1)
     earth, weights = parameters(ellipsoid_by_name("wgs84")), weight_table(ideal.time, True)

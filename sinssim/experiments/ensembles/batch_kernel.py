@@ -72,6 +72,8 @@ _POLAR = 1.0 / cos(POLAR_LIMIT)
 
 QUANTITIES = 10
 """Rows of the result: latitude, longitude, height, velocity (3), q_nb (4)."""
+WORD_ROWS = 2 + 4 * 3 * len(NOISES)
+"""Rows of a lane's words: the keys, and a block of four for each noise and axis."""
 _HALF = WINDOW // 2
 
 
@@ -122,7 +124,7 @@ def _draw_noise(w: Array, words: Words, number: int) -> None:
     low, high, half = block & _LOW, block >> _32, 2 * (number & 1)
     for axis in range(3):
         row = 2 + 4 * (3 * NOISE + axis)
-        if half == 0 or number == 1:
+        if half == 0 or number == 1:  # the first sample is number 1, as 0 is the start
             for j in range(LANES):
                 words[row, j], words[row + 1, j], words[row + 2, j], words[row + 3, j] = philox(
                     words[0, j], words[1, j], low, high, TERM_NUMBERS[NOISE], np.uint64(axis)
@@ -266,7 +268,7 @@ def navigate_lanes(
         left: 1 for runs that left the range of the kernel, whose states are not valid, (R,), written.
     """
     w, x, y = np.empty(SENSOR_ROWS * LANES), np.empty(NAVIGATION_ROWS * LANES), np.empty((WINDOW, 6 * LANES))
-    words, c = np.empty((2 + 4 * 3 * len(NOISES), LANES), np.uint64), np.empty(len(sensors.conditions))
+    words, c = np.empty((WORD_ROWS, LANES), np.uint64), np.empty(len(sensors.conditions))
     for first in range(first_run, last_run, LANES):
         last = min(first + LANES, last_run)
         _prepare_lane(w, sensors.parameters, keys, words, first, last)
