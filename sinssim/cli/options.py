@@ -82,6 +82,14 @@ AtTimes = Annotated[
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="A run directory.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", callback=_remember("quiet"), help="Print only errors.")]
 Json = Annotated[bool, typer.Option("--json", help="Print only the result, as JSON.")]
+Trial = Annotated[
+    bool,
+    typer.Option(
+        "--trial/--no-trial",
+        help="Whether the suggested scenario is run without the fixes of short outages, and follows what they show. "
+        "This takes 1 to 20 s.",
+    ),
+]
 Debug = Annotated[
     bool, typer.Option("--debug", callback=_remember("debug"), help="Show Python's traceback if an error occurs.")
 ]

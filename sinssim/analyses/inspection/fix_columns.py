@@ -1,8 +1,8 @@
 """Guesses which columns of a text file are the fixes of a satellite receiver, and their units: names, then numbers.
 
 Names decide where there are some. Without names, two neighbouring columns that change little and smoothly are latitude
-and longitude, the next one is the height, and velocities are the columns that agree with the differences of these
-positions, which also gives their unit, order and signs.
+and longitude, the next one is the height, and velocities, or speed and course, are the columns that agree with the
+differences of these positions, which also gives their unit, order and signs.
 """
 
 from __future__ import annotations
@@ -267,7 +267,7 @@ class _Roles:
             angle = unit_of(self._word(course), ("rad", "deg")) or self._course_unit(course)
             unit = self._speed_unit(speed, None)
             return {"speed": {"column": speed, "unit": unit}, "course": {"column": course, "unit": angle}}
-        return {} if self.named else self._fitting_velocity()
+        return {} if self.named else self._fitting_velocity() or self._fitting_speed()
 
     def _course_unit(self, course: int) -> str:
         values = self.rows[:, course]
@@ -298,8 +298,8 @@ class _Roles:
             if {k, k + 1, k + 2} & set(self.place):
                 continue
             for axes, (first, second) in orders.items():
-                if self._alike(k, first) > _ALIKE and self._alike(k + 1, second) > _ALIKE:
-                    vertical = self._alike(k + 2, 2)
+                if self._alike(self.rows[:, k], first) > _ALIKE and self._alike(self.rows[:, k + 1], second) > _ALIKE:
+                    vertical = self._alike(self.rows[:, k + 2], 2)
                     if axes == "north-east-down" and vertical < -0.3:
                         axes = "north-east-up"
                     if axes == "east-north-up" and vertical > 0.3:
@@ -308,9 +308,21 @@ class _Roles:
                     return {"velocity": {"columns": [k, k + 1, k + 2], "unit": unit, "axes": axes}}
         return {}
 
-    def _alike(self, column: int, component: int) -> float:
+    def _fitting_speed(self) -> dict[str, Any]:
+        """Return two neighbours, a speed and a course, that agree with the differences of the positions."""
+        if self.moved is None or float(np.abs(self.moved[:, :2]).max()) < 1.0:
+            return {}
+        for k in sorted(set(range(self.rows.shape[1] - 1)) - {near for j in self.place for near in (j - 1, j)}):
+            for unit in ("deg", "rad"):
+                speed, course = self.rows[:, k], self.rows[:, k + 1] * UNITS_OF["angle"][unit]
+                if min(self._alike(speed * f(course), j) for j, f in enumerate((np.cos, np.sin))) > _ALIKE:
+                    of_speed = {"column": k, "unit": self._speed_unit(k, None)}
+                    return {"speed": of_speed, "course": {"column": k + 1, "unit": unit}}
+        return {}
+
+    def _alike(self, values: Array, component: int) -> float:
         assert self.moved is not None
-        values, by_position = self.rows[:, column], self.moved[:, component]
+        by_position = self.moved[:, component]
         good = np.isfinite(values) & np.isfinite(by_position)
         if int(good.sum()) < 5 or not values[good].std() or not by_position[good].std():
             return 0.0

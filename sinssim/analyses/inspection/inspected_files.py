@@ -409,11 +409,12 @@ def are_raw(names: Sequence[str]) -> bool:
     return True
 
 
-def suggest(paths: Sequence[Path], progress: Progress = silent) -> Suggestion:
+def suggest(paths: Sequence[Path], progress: Progress = silent, *, trial: bool = True) -> Suggestion:
     """Return the scenario that recorded files suggest: their navigation, or a simulated unit on their track.
 
     Args:
         paths: files of an inertial unit and a receiver, or one file of fixes or of a solution.
+        trial: as for `inspect`.
     """
     for path in paths:
         if path.is_dir() and (path / "summary.json").is_file():
@@ -427,7 +428,7 @@ def suggest(paths: Sequence[Path], progress: Progress = silent) -> Suggestion:
         streams = read_file(paths[0])
         if not streams.inertial:
             return Suggestion(_track(paths[0], streams.format))
-    inspected = inspect(paths, Path("/nowhere"), trial=True, progress=progress)
+    inspected = inspect(paths, Path("/nowhere"), trial=trial, progress=progress)
     wrong = [finding.sentence for finding in inspected.inspection.findings if finding.grade == "wrong"]
     if wrong:
         raise InputError(

@@ -18,6 +18,7 @@ from sinssim.cli.options import (
     ScenarioName,
     Settings,
     ToTime,
+    Trial,
     command,
     out_option,
     overwrite_option,
@@ -273,14 +274,7 @@ def inspect(
             "detection of stops.",
         ),
     ] = "any",
-    trial: Annotated[
-        bool,
-        typer.Option(
-            "--trial/--no-trial",
-            help="Whether the suggested scenario is run without the fixes of short outages, and follows what they "
-            "show. This takes 1 to 20 s.",
-        ),
-    ] = True,
+    trial: Trial = True,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")] = False,
     quiet: Quiet = False,
     as_json: Json = False,

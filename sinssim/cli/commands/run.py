@@ -15,6 +15,7 @@ from sinssim.cli.options import (
     OutFolder,
     Quiet,
     Settings,
+    Trial,
     command,
     overwrite_option,
     scenario_names,
@@ -82,6 +83,7 @@ def run(
     outages: Outages = None,
     keep: Keep = None,
     recording: Detail = None,
+    trial: Trial = True,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -110,7 +112,7 @@ def run(
     from sinssim.system.outputs import check_place
 
     settings = [*with_grade(settings, grade), *_kept(keep, recording)]
-    suggestion = _suggestion(scenario, out, overwrite, has_bars(quiet)) if are_raw(scenario) else None
+    suggestion = _suggestion(scenario, out, overwrite, trial, has_bars(quiet)) if are_raw(scenario) else None
     plan = _plan(scenario, suggestion, settings, outages)
     _check_view(plan, view)
     directory = out or Path("runs") / plan.name
@@ -141,7 +143,7 @@ def run(
         open_viewer(directory, view=view)
 
 
-def _suggestion(files: list[str], out: Path | None, overwrite: bool, bars: bool) -> Suggestion:
+def _suggestion(files: list[str], out: Path | None, overwrite: bool, trial: bool, bars: bool) -> Suggestion:
     """Return the scenario that recorded files suggest; a place that is taken is refused before they are read."""
     from sinssim.analyses.inspection.inspected_files import suggest
     from sinssim.progress import shown
@@ -150,7 +152,7 @@ def _suggestion(files: list[str], out: Path | None, overwrite: bool, bars: bool)
     if out is not None:
         check_place(out.resolve(), overwrite)
     with shown(bars) as progress:
-        return suggest([Path(file) for file in files], progress)
+        return suggest([Path(file) for file in files], progress, trial=trial)
 
 
 def _plan(names: list[str], suggestion: Suggestion | None, settings: list[str], outages: list[str] | None) -> Scenario:

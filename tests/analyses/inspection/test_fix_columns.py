@@ -184,6 +184,16 @@ def test_velocities_without_names(third: Array, axes: str) -> None:
     assert swapped.quantities["velocity"] == {"columns": [0, 1, 2], "unit": "m/s", "axes": "east-north-up"}
 
 
+@pytest.mark.parametrize(("course", "unit"), [(_COURSE, "deg"), (np.radians(_COURSE), "rad")])
+def test_speed_and_course_without_names(course: Array, unit: str) -> None:
+    """They agree with the differences of the positions; a height and a constant beside them do not."""
+    place = [_TIME, _LATITUDE, _LONGITUDE, _HEIGHT]
+    found = _guess(None, *place, _HEIGHT - 290.0, _SPEED * 3600.0 / 1852.0, course, 7.0)
+    assert (found.quantities["speed"], found.quantities["course"]) == (_one(5, "kt"), _one(6, unit))
+    other = _guess(None, *place, _HEIGHT - 290.0, _SPEED, course[::-1], 7.0)
+    assert not {"speed", "course", "velocity"} & other.quantities.keys()
+
+
 def test_north_and_up_by_names() -> None:
     columns = [_TIME, _LATITUDE, _LONGITUDE, _HEIGHT, 100.0 * _V_UP, 100.0 * _V_EAST, 100.0 * _V_NORTH, 0.0]
     found = _guess("t_s,lat,lon,alt,vel_up,vel_east,vel_north,sAcc", *columns)

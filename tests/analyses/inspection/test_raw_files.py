@@ -41,8 +41,12 @@ def test_what_is_a_recorded_file(tmp_path: Path) -> None:
 def test_the_doubt_on_the_navigation_is_the_first_one(monkeypatch: pytest.MonkeyPatch) -> None:
     findings = [doubt("fixes", "No σ.", "Give it."), fact("imu", "Fast."), doubt("trial", "Worse.", "Use the fixes.")]
     found = Inspected(Inspection(findings), (), 'name = "x"')
-    monkeypatch.setattr(inspected_files, "inspect", lambda *_, **__: found)
-    assert suggest([Path("imu.csv"), Path("gnss.pos")]).doubts == ("Worse. Use the fixes.", "No σ. Give it.")
+    tried: list[bool] = []
+    monkeypatch.setattr(inspected_files, "inspect", lambda *_, trial, **__: tried.append(trial) or found)
+    files = [Path("imu.csv"), Path("gnss.pos")]
+    assert suggest(files).doubts == ("Worse. Use the fixes.", "No σ. Give it.")
+    suggest(files, trial=False)
+    assert tried == [True, False]
 
 
 def test_a_track_with_a_simulated_unit(tmp_path: Path) -> None:

@@ -71,6 +71,18 @@ def test_a_track_in_one_step(drive: Path, tmp_path: Path) -> None:
     assert _numbers(tmp_path / "again") == _numbers(tmp_path / "run")
 
 
+@pytest.mark.parametrize(("option", "tried"), [((), True), (("--no-trial",), False)])
+def test_whether_the_suggested_scenario_is_tried(
+    option: tuple[str, ...], tried: bool, log: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def suggest(*_: object, trial: bool) -> None:
+        raise InputError(f"trial: {trial}")
+
+    monkeypatch.setattr("sinssim.analyses.inspection.inspected_files.suggest", suggest)
+    with pytest.raises(InputError, match=f"trial: {tried}"):
+        sinssim("run", *log, *option, "--debug")
+
+
 def test_inertial_data_and_fixes_in_one_step(log: tuple[Path, Path], tmp_path: Path) -> None:
     """The scenario is run as `inspect` suggests it, and repeats the run with the same numbers."""
     shown = sinssim("run", *log, "-o", tmp_path / "run", *KEEP)
