@@ -80,6 +80,16 @@ class Page:
         """Return the value of an expression of the page."""
         return self._ask("Runtime.evaluate", expression=expression, returnByValue=True)["result"].get("value")
 
+    def media(self, kind: str) -> None:
+        """Show the page as on a "screen" or in "print"."""
+        self._ask("Emulation.setEmulatedMedia", media=kind)
+
+    def mouse(self, *events: tuple[str, float, float], clicks: int = 1) -> None:
+        """Move the mouse: "mouseMoved", "mousePressed" or "mouseReleased", and where in the window, px."""
+        for kind, x, y in events:
+            held = {} if kind == "mouseMoved" else {"button": "left", "clickCount": clicks}
+            self._ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, **held)
+
     def picture(self, *, whole: bool = False) -> bytes:
         """Return a picture, PNG, of what is seen, or of the whole page."""
         found = self._ask("Page.captureScreenshot", format="png", captureBeyondViewport=whole, **self._clip(whole))

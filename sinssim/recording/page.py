@@ -10,6 +10,7 @@ from itertools import groupby
 
 from sinssim.charts import Charts
 from sinssim.exhibits import Beside, Exhibits, Item, Picture, Points, Section, Sentence, Table, Verbatim
+from sinssim.recording.interactive.live_chart import with_scripts
 from sinssim.recording.style import GRID, INK, SOFT, css_of
 from sinssim.recording.svg import words
 from sinssim.recording.svg_chart import STYLE, html_of
@@ -123,7 +124,7 @@ _MARKS = {
 def page_of(exhibits: Exhibits) -> str:
     """Return the page of a result: HTML; it refers to nothing outside itself."""
     body = [f"<h1>{words(exhibits.heading or exhibits.title)}</h1>", *parts_of(exhibits.items, 2)]
-    return page(exhibits.title, body, STYLE)
+    return page(exhibits.title, with_scripts(body), STYLE)
 
 
 def parts_of(items: Iterable[Item], level: int) -> Iterator[str]:

@@ -344,7 +344,7 @@ def marks_of(chart: Chart, x: PixelScale, y: PixelScale) -> tuple[list[str], lis
 
 def _line(mark: Line, color: str, x: PixelScale, y: PixelScale, *, timed: bool) -> Iterator[str]:
     """Yield the pieces of a line between its gaps and jumps; of one over time, what its columns of pixels show."""
-    for at, values in _pieces(mark):
+    for at, values in pieces(mark):
         columns = max(2, round(abs(float(x(at[-1]) - x(at[0])))))
         long = not (x.log or mark.marker) and len(at) > 2 * columns
         if long and (timed or bool(np.all(np.diff(at) > 0.0))):
@@ -358,7 +358,7 @@ def _line(mark: Line, color: str, x: PixelScale, y: PixelScale, *, timed: bool) 
             yield shapes_of(px, py, [fill] * len(at), mark.marker, 6.0, edge=color)
 
 
-def _pieces(mark: Line) -> Iterator[tuple[Array, Array]]:
+def pieces(mark: Line) -> Iterator[tuple[Array, Array]]:
     """Yield the parts of a line between gaps and jumps."""
     whole = len(mark.x) > 0 and bool(np.isfinite(mark.x[[0, -1]]).all() and np.isfinite(mark.y.sum()))
     if whole and not mark.turn:

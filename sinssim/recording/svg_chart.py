@@ -10,6 +10,7 @@ import numpy as np
 
 from sinssim.charts import Axis, Chart, Charts, Dots, Limit, Line, Mark, Rule, Shares
 from sinssim.recording import style
+from sinssim.recording.interactive.live_chart import can_live, live
 from sinssim.recording.style import log_numbers, tick_label, ticks, time_ticks
 from sinssim.recording.svg import DASHES, WIDTHS, PixelScale, element, marks_of, path, segments, shapes_of, text, words
 from sinssim.recording.svg import STYLE as OF_ELEMENTS
@@ -62,12 +63,24 @@ def html_of(charts: Charts) -> str:
             width = (whole - beside) * part / sum(widths) + (0.0 if column else beside)
             hidden = again[column] or (column > 0 and "y" in charts.share)
             frame = _Frame(margin, aside, top, span, reach, names=not hidden)
-            drawn.append(svg_of(chart, width, height, frame, legend=charts.legend == "each"))
+            drawn.append(_with_data(charts, chart, width, height, frame))
         apart = not any(again) and "y" not in charts.share  # charts that share names stay beside each other
         kind = "row" if not apart else "row two" if columns == 2 else "row many"
         body.append(drawn[0] if len(drawn) == 1 else f'<div class="{kind}">{"".join(drawn)}</div>')
     note = f'<p class="note">{words(charts.note)}</p>' if charts.note else ""
     return f'<div class="charts">{"".join(body)}</div>{note}'
+
+
+def _with_data(charts: Charts, chart: Chart, width: float, height: float, frame: _Frame) -> str:
+    """Return a chart of a group as HTML, with the data of curves over time."""
+    still = svg_of(chart, width, height, frame, legend=charts.legend == "each")
+    if not can_live(chart):
+        return still
+    ends = _ranges(chart)
+    across, upright = frame.span or ends[0], frame.reach or ends[1]
+    told = replace(chart, marks=tuple(_told_apart(chart, upright, height)))
+    left = max(frame.left, _left(chart, across, upright))
+    return live(still, told, across, upright, round(width), left, named=charts.legend == "each")
 
 
 def _hull(charts: Charts, *, upright: bool) -> tuple[float, float]:

@@ -12,7 +12,7 @@ import pytest
 from sinssim.charts import Axis, Chart, Charts, Dots, Line, Rule, over
 from sinssim.recording import page, svg, svg_chart
 from sinssim.recording.style import envelope, tick_label, ticks
-from sinssim.recording.svg import _pieces
+from sinssim.recording.svg import pieces
 from sinssim.recording.svg_chart import html_of, svg_of
 from sinssim.units import DEG, fixed, suiting
 
@@ -259,7 +259,7 @@ def test_a_legend_breaks_its_lines() -> None:
 
 def test_angles_are_cut_where_they_jump_by_more_than_half_a_turn() -> None:
     values = [170.0, -10.0, 171.0, 179.0, -179.0]
-    assert [(t.tolist(), v.tolist()) for t, v in _pieces(line(values, turn=360.0))] == [
+    assert [(t.tolist(), v.tolist()) for t, v in pieces(line(values, turn=360.0))] == [
         ([0.0, 1.0], [170.0, -10.0]), ([2.0, 3.0], [171.0, 179.0]), ([4.0], [-179.0]),
     ]  # fmt: skip
 

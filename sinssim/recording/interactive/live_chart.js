@@ -1,0 +1,302 @@
+// Draws the curves of a page with uPlot from the data beside their still pictures: dragging zooms, a double click shows
+// all again, the legend reads the values at the cursor and hides curves. Charts over time show the same part of it.
+"use strict";
+(() => {
+  const FONT = '12px system-ui, "Segoe UI", "Liberation Sans", Arial, sans-serif';
+  const LETTER = 6.6, RIGHT = 14, LEAST = 130; // px: of a number's character, beside the curves, height of a chart
+  const STEPS = [];
+  for (let power = -15; power < 16; power++) for (const n of [1, 2, 5]) STEPS.push(Number(`${n}e${power}`));
+
+  const drawn = []; // the charts of the page that were in sight
+  let part = null; // the time that all charts over time show, s; null for all
+
+  const css = name => name.startsWith("--")
+    ? getComputedStyle(document.documentElement).getPropertyValue(name).trim() : name;
+  const signed = text => text.replace(/-/g, "\u2212");
+
+  function numbers(text) {
+    const bytes = Uint8Array.from(atob(text), c => c.charCodeAt(0));
+    return Array.from(new Float32Array(bytes.buffer), v => Number.isNaN(v) ? null : v);
+  }
+
+  // A number with the digits that tell it from its neighbours at a distance.
+  function tick(value, step) {
+    if (Math.max(Math.abs(value), step) >= 1e6 || step < 1e-4) return signed(String(Number(value.toPrecision(3))));
+    const places = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+    return signed((Math.abs(value) < 1e-6 * step ? 0 : value).toFixed(places));
+  }
+
+  // The numbers on a logarithmic axis: powers of ten, between few of them 2 and 5 as well.
+  function decades(low, high) {
+    const wide = Math.log10(high / low), many = wide > 2.5, leap = Math.max(1, Math.ceil(wide / 10)), found = [];
+    for (let power = Math.floor(Math.log10(low)); power <= Math.log10(high) + 1; power++) {
+      for (const n of many ? [1] : [1, 2, 5]) {
+        const at = Number(`${n}e${power}`);
+        if (at > 0.999 * low && at < 1.001 * high && power % leap === 0) found.push(at);
+      }
+    }
+    return found;
+  }
+  const power = at => signed(at >= 1e-4 && at < 1e6 ? String(at) : at.toExponential(0));
+
+  const reading = (value, unit) => value === null || value === undefined
+    ? "–" : signed(String(Number(value.toPrecision(5)))) + (unit ? "\u00a0" + unit : "");
+
+  // The values of the curves on common places; one curve may have several values at a place, which stay in order.
+  function table(curves, places) {
+    const texts = new Map();
+    curves.forEach((curve, k) => {
+      if (!texts.has(curve.x)) texts.set(curve.x, {x: numbers(places[curve.x]), of: []});
+      texts.get(curve.x).of.push(k);
+    });
+    const groups = [...texts.values()];
+    for (const {x} of groups) {
+      const hair = 1e-9 * Math.abs(x[x.length - 1] - x[0]) || 1e-12;
+      for (let k = 1; k < x.length; k++) if (x[k] <= x[k - 1]) x[k] = x[k - 1] + hair;
+    }
+    const columns = groups.map(({x, of}) => [x, ...of.map(k => numbers(curves[k].y))]);
+    const joined = columns.length > 1 ? uPlot.join(columns, columns.map(c => c.map(() => 1))) : columns[0];
+    const data = [joined[0]];
+    groups.flatMap(({of}) => of).forEach((k, place) => { data[k + 1] = joined[place + 1]; });
+    return data;
+  }
+
+  const cursor = u => u.cursor.left >= 0 ? u.posToVal(u.cursor.left, "x") : null;
+
+  // The value of a curve at a place, between its points beside it; null in a gap and outside.
+  function between(u, number, at) {
+    const x = u.data[0], y = u.data[number];
+    if (at === null) return null;
+    let right = 0, high = x.length;
+    while (right < high) {
+      const middle = (right + high) >> 1;
+      if (x[middle] < at) right = middle + 1; else high = middle;
+    }
+    let left = right - 1;
+    while (left >= 0 && y[left] === undefined) left--;
+    while (right < x.length && y[right] === undefined) right++;
+    if (right < x.length && x[right] === at) return y[right];
+    if (left < 0 || right >= x.length || y[left] === null || y[right] === null) return null;
+    return y[left] + (y[right] - y[left]) * (at - x[left]) / (x[right] - x[left]);
+  }
+
+  // Curves, edges of bands, and the names of lines across, which have no values.
+  function series(chart) {
+    const edges = chart.bands.flatMap(
+      band => [{...band, y: band.high, band}, {...band, y: band.low, band, lower: true}]);
+    const all = [...edges, ...chart.curves], data = table(all, chart.places);
+    const options = all.map((curve, k) => ({
+      label: curve.name || chart.title || chart.y.label || "value", width: curve.width || 0,
+      stroke: curve.band ? (curve.band.share ? () => css(curve.color) : "transparent") : () => css(curve.color),
+      dash: curve.dash && curve.dash.length ? curve.dash : undefined,
+      paths: curve.dots && !curve.width ? () => null : curve.turns ? piecewise : undefined,
+      class: curve.lower || curve.band && !curve.name ? "hidden" : undefined,
+      points: {show: Boolean(curve.dots), size: curve.dots || 0, fill: () => css(curve.color)},
+      value: (u, v, number) => {
+        if (!curve.band) return reading(curve.width ? between(u, number, cursor(u)) : v, chart.y.unit);
+        const [high, low] = [number, number + 1].map(edge => between(u, edge, cursor(u)));
+        if (high === null || low === null) return "–";
+        if (curve.band.share) return reading(high - low, chart.y.unit);
+        return `${reading(low, "")} … ${reading(high, chart.y.unit)}`;
+      },
+    }));
+    const named = chart.rules.filter(rule => rule.name);
+    for (const rule of named) {
+      rule.series = data.length;
+      data.push(data[0].map(() => undefined));
+      options.push({label: rule.name, stroke: () => css(rule.color), width: rule.width, dash: rule.dash,
+                    paths: () => null, points: {show: false}, value: () => reading(rule.at, rule.upright ? chart.x.unit : chart.y.unit)});
+    }
+    const bands = chart.bands.map((band, k) => (
+      {series: [2 * k + 1, 2 * k + 2], fill: () => band.share ? css(band.color) : faded(css(band.color))}));
+    return {data, options, bands};
+  }
+
+  // A line through all points between its gaps; the library's own would close a gap within a pixel.
+  function piecewise(u, number, first, last) {
+    const stroke = new Path2D(), [x, y] = [u.data[0], u.data[number]];
+    for (let k = first, open = false; k <= last; k++) {
+      if (y[k] === null) open = false;
+      else if (y[k] !== undefined) {
+        stroke[open ? "lineTo" : "moveTo"](u.valToPos(x[k], "x", true), u.valToPos(y[k], "y", true));
+        open = true;
+      }
+    }
+    return {stroke};
+  }
+
+  const faded = color => color.replace(/^rgb\((.*)\)$/, "rgba($1,0.25)").replace(/^#(.{6})$/, "#$140");
+
+  // Lines across, marks of limits and remarks.
+  function across(u, chart) {
+    const {ctx, bbox} = u, ratio = devicePixelRatio;
+    const x = v => u.valToPos(v, "x", true), y = v => u.valToPos(v, "y", true);
+    ctx.save();
+    ctx.font = FONT.replace("12px", `${12 * ratio}px`);
+    ctx.textAlign = "left";
+    ctx.textBaseline = "alphabetic";
+    const zero = y(0);
+    if (!chart.y.log && zero > bbox.top && zero < bbox.top + bbox.height - 1) {
+      ctx.fillStyle = css("--soft");
+      ctx.fillRect(bbox.left, Math.round(zero), bbox.width, ratio);
+    }
+    let free = -Infinity;
+    for (const rule of chart.rules) {
+      if (rule.series && !u.series[rule.series].show) continue;
+      const way = rule.upright ? x : y;
+      ctx.save();
+      ctx.beginPath();
+      ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+      ctx.clip();
+      if (rule.band.length) {
+        const [a, b] = rule.band.map(way);
+        ctx.fillStyle = faded(css(rule.color));
+        if (rule.upright) ctx.fillRect(Math.min(a, b), bbox.top, Math.abs(b - a), bbox.height);
+        else ctx.fillRect(bbox.left, Math.min(a, b), bbox.width, Math.abs(b - a));
+      }
+      ctx.strokeStyle = ctx.fillStyle = css(rule.color);
+      ctx.lineWidth = rule.width * ratio;
+      ctx.setLineDash(rule.dash.map(n => n * ratio));
+      ctx.beginPath();
+      const at = way(rule.at);
+      if (typeof rule.until === "number") {
+        const a = x(rule.until), size = 4 * ratio; // a limit at one time
+        ctx.moveTo(a, at); ctx.lineTo(a - size, at - 1.8 * size); ctx.lineTo(a + size, at - 1.8 * size); ctx.fill();
+      } else if (rule.upright) { ctx.moveTo(at, bbox.top); ctx.lineTo(at, bbox.top + bbox.height); ctx.stroke(); }
+      else { ctx.moveTo(bbox.left, at); ctx.lineTo(bbox.left + bbox.width, at); ctx.stroke(); }
+      ctx.restore();
+      if (!rule.text) continue;
+      ctx.fillStyle = css("--soft");
+      const long = ctx.measureText(rule.text).width, end = bbox.left + bbox.width;
+      if (!rule.upright) ctx.fillText(rule.text, end - long - 4 * ratio, at - 3 * ratio);
+      else if (at >= bbox.left - 1 && at <= end + 1) {
+        const left = Math.max(Math.min(at - long / 2, end - long), bbox.left + 4 * ratio);
+        if (left > free) { ctx.fillText(rule.text, left, bbox.top - 4 * ratio); free = left + long + LETTER * ratio; }
+      }
+    }
+    ctx.fillStyle = css("--soft");
+    const name = [chart.x.label, chart.x.unit && `[${chart.x.unit}]`].join(" ").trim();
+    ctx.fillText(name, bbox.left + bbox.width - ctx.measureText(name).width, bbox.top + bbox.height + 36 * ratio);
+    ctx.fillStyle = css("--ink");
+    for (const word of chart.words) {
+      const long = ctx.measureText(word.text).width, a = x(word.x), b = y(word.y);
+      if (a < bbox.left || a > bbox.left + bbox.width || b < bbox.top || b > bbox.top + bbox.height) continue;
+      ctx.fillText(word.text, word.left ? a - long - 7 * ratio : a + 7 * ratio, b + (word.below ? 15 : -6) * ratio);
+    }
+    ctx.restore();
+  }
+
+  function axis(chart, side) {
+    const upright = side === 3, {log, ticks} = upright ? chart.y : chart.x;
+    return {
+      side, font: FONT, stroke: () => css("--soft"), incrs: log ? undefined : STEPS, space: upright ? 34 : 75,
+      grid: {stroke: () => css("--hair"), width: 1}, ticks: {show: false}, gap: 6,
+      border: {show: true, stroke: () => css("--soft"), width: 1},
+      values: (u, at, place, space, step) => at.map(v => log ? power(v) : tick(v, step)),
+      ...(upright
+        ? {size: (u, texts) => Math.max(40, chart.left, 14 + LETTER * Math.max(0, ...(texts || []).map(t => t.length)))}
+        : {size: 42}),
+      ...(ticks.length ? {splits: () => ticks} : {}),
+      ...(log ? {splits: (u, place, low, high) => decades(low, high), filter: (u, at) => at} : {}),
+    };
+  }
+
+  function heading(chart) {
+    const body = document.createElement("div"), unit = chart.y.unit ? ` [${chart.y.unit}]` : "";
+    for (const [kind, text] of chart.title && !chart.y.label
+      ? [["strong", chart.title + unit]]
+      : [["strong", chart.title], ["span", (chart.y.label + unit).trim()]]) {
+      if (!text) continue;
+      const line = document.createElement(kind);
+      line.textContent = text;
+      body.append(line);
+    }
+    return body;
+  }
+
+  // The ends of a chart's horizontal axis that are to be seen.
+  const ends = chart => chart.timed && part ? part.map(t => t / chart.x.size) : chart.own || chart.x.ends;
+
+  function show(chart, low, high) {
+    if (chart.timed) part = low === null ? null : [low * chart.x.size, high * chart.x.size];
+    else chart.own = low === null ? null : [low, high];
+    for (const other of chart.timed ? drawn.filter(one => one.timed) : [chart]) {
+      const [min, max] = ends(other);
+      other.plot.setScale("x", {min, max});
+    }
+  }
+
+  function draw(figure) {
+    const still = figure.querySelector("svg"), chart = JSON.parse(figure.dataset.chart);
+    const {width, height} = still.getBoundingClientRect();
+    const {data, options, bands} = series(chart);
+    const place = document.createElement("div"), head = heading(chart);
+    place.className = "curves";
+    place.append(head);
+    figure.append(place);
+    figure.style.width = `${still.getAttribute("width")}px`;
+    figure.classList.add("drawn");
+    const vertical = (u, low, high) => {
+      if (ends(chart) === chart.x.ends || chart.y.ticks.length) return chart.y.ends;
+      const sides = options.flatMap((curve, k) => curve.width && u.series[k + 1].show // lines of few points go on
+        ? ends(chart).map(at => between(u, k + 1, at)) : []).filter(v => v !== null && v !== undefined);
+      [low, high] = [Math.min(...sides, low ?? Infinity), Math.max(...sides, high ?? -Infinity)];
+      if (low > high) return chart.y.ends;
+      return chart.y.log ? uPlot.rangeLog(low, high, 10, false) : uPlot.rangeNum(low, high, 0.08, true);
+    };
+    const plot = new uPlot({
+      width, height, bands, padding: [chart.rules.some(rule => rule.upright && rule.text) ? 16 : 8, RIGHT, 0, 0],
+      scales: {x: {time: false, distr: chart.x.log ? 3 : 1, range: () => ends(chart)},
+               y: {distr: chart.y.log ? 3 : 1, range: vertical}},
+      axes: [axis(chart, 2), axis(chart, 3)],
+      legend: {markers: {dash: (u, k) => u.series[k].dash ? "dashed" : "solid"}},
+      series: [{label: chart.x.label || "at", value: u => reading(cursor(u), chart.x.unit)}, ...options],
+      cursor: {
+        drag: {x: true, y: false, setScale: false}, y: false, points: {show: false},
+        sync: chart.timed ? {key: `time ${chart.x.unit}`, setSeries: false,
+                             filters: {pub: type => type === "mousemove" || type === "mouseleave"}} : undefined,
+        bind: {dblclick: () => () => { show(chart, null, null); }},
+      },
+      hooks: {
+        ready: [u => {
+          for (const part of [head, u.root.querySelector(".u-legend")]) part.style.marginLeft = u.over.style.left;
+        }],
+        draw: [u => across(u, chart)],
+        setSelect: [u => {
+          const {left, width: wide} = u.select;
+          if (wide > 4) show(chart, u.posToVal(left, "x"), u.posToVal(left + wide, "x"));
+          u.setSelect({left: 0, top: 0, width: 0, height: 0}, false);
+        }],
+        setSeries: [(u, number, {show: seen}) => {
+          const upper = number && number <= 2 * bands.length && number % 2;
+          if (upper && seen !== undefined) u.setSeries(number + 1, {show: seen});
+        }],
+      },
+    }, data, place);
+    chart.plot = plot;
+    const room = () => Math.max(LEAST, height - head.offsetHeight);
+    plot.setSize({width, height: room()});
+    new ResizeObserver(() => {
+      const wide = figure.clientWidth;
+      if (wide > 0 && Math.abs(wide - plot.width) > 1) plot.setSize({width: wide, height: room()});
+    }).observe(figure);
+    drawn.push(chart);
+  }
+
+  function begin() {
+    const figures = document.querySelectorAll("figure.live");
+    const sight = new IntersectionObserver(seen => {
+      for (const {target, isIntersecting} of seen) {
+        if (!isIntersecting) continue;
+        sight.unobserve(target);
+        draw(target);
+      }
+    }, {rootMargin: "300px"});
+    figures.forEach(figure => sight.observe(figure));
+    for (const hint of document.querySelectorAll(".hint")) hint.hidden = false;
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+      for (const {plot} of drawn) plot.redraw(false);
+    });
+  }
+  document.addEventListener("DOMContentLoaded", begin);
+})();
