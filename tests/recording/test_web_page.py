@@ -6,7 +6,6 @@ import http.client
 import threading
 from collections.abc import Iterator
 from http.server import BaseHTTPRequestHandler, HTTPServer
-from pathlib import Path
 
 import pytest
 
@@ -15,9 +14,10 @@ from sinssim.recording.rerun.viewer import PageServer, _free_ports
 SECRET = b"the recording"
 
 
-@pytest.fixture
-def port(tmp_path: Path) -> Iterator[int]:
+@pytest.fixture(scope="module")
+def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
     """The port of a server, before another one that stands for Rerun's."""
+    file = tmp_path_factory.mktemp("page") / "a run \u00e9.rrd"
 
     class Rerun(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
@@ -28,11 +28,11 @@ def port(tmp_path: Path) -> Iterator[int]:
         def log_message(self, *_: object) -> None:
             pass
 
-    (tmp_path / "a run \u00e9.rrd").write_bytes(SECRET)
+    file.write_bytes(SECRET)
     inner = HTTPServer(("127.0.0.1", 0), Rerun)
     threading.Thread(target=inner.serve_forever, daemon=True).start()
     (free,) = _free_ports(1)
-    with PageServer(free, inner.server_address[1], [tmp_path / "a run \u00e9.rrd"]):
+    with PageServer(free, inner.server_address[1], [file]):
         yield free
     inner.shutdown()
     inner.server_close()

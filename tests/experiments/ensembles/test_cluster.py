@@ -74,6 +74,20 @@ def test_a_real_scheduler_that_is_not_there(tmp_path) -> None:
     assert b"cannot be reached" in error.value.stderr
 
 
+@pytest.mark.filterwarnings("ignore")  # dask's warnings are none of ours
+def test_a_scheduler_writes_the_files_of_a_thread(tmp_path, monkeypatch) -> None:
+    """A cluster in this process, which stays when the ensemble is done."""
+    from distributed import LocalCluster
+
+    monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)
+    sinssim.ensemble(scenario(), 20, tmp_path / "thread", threads=1)
+    with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as cluster:
+        sinssim.ensemble(scenario(), 20, tmp_path / "cluster", scheduler=cluster.scheduler_address)
+        assert cluster.scheduler.workers
+    assert files(tmp_path / "cluster") == files(tmp_path / "thread")
+
+
+@pytest.mark.slow
 def test_a_cluster_writes_the_files_of_a_thread(tmp_path, monkeypatch) -> None:
     """A process with a cluster of one worker, which it stops; the report is tested elsewhere."""
     monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)

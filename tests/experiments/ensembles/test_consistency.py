@@ -131,18 +131,18 @@ def test_runs_with_gravity_that_the_filter_does_not_know() -> None:
     from sinssim.scenario.unknown_gravity import gravity_notes
     from tests.scenario.test_unknown_gravity import parked
 
-    sound = sinssim.ensemble(parked(), 6)
+    sound = sinssim.ensemble(parked(), 3)
     assert ensemble_numbers(sound).consistency.verdict == "consistent"
     other = parked(gravity={"model": "egm2008"})
-    result = sinssim.ensemble(other, 6)
+    result = sinssim.ensemble(other, 3)
     numbers = ensemble_numbers(result)
     found, (note,) = numbers.consistency, gravity_notes(other)
     assert found.verdict == "not consistent"
     assert found.worst.probability < 1e-6
     assert note in found.hints
-    assert note in list(consistency_sentences(numbers.consistency, 6))
+    assert note in list(consistency_sentences(numbers.consistency, 3))
     console = Console(record=True, width=10_000)
     show(result.exhibits, console)
     for text in (console.export_text(), page_of(result.exhibits)):
         assert note in text.replace("\n", " ")
-        assert "Therefore the filter is not consistent over 6 runs: the worst of " in text
+        assert "Therefore the filter is not consistent over 3 runs: the worst of " in text

@@ -14,6 +14,7 @@ from sinssim.experiments.ensembles import ensemble_execution
 from sinssim.experiments.ensembles.ensemble_plan import TruthCache, make_plan
 from tests.experiments.ensembles.examples import AIDED, scenario
 from tests.experiments.ensembles.test_run import LINUX, children
+from tests.slow import slow
 
 
 def test_the_motion_that_runs_share_is_sent() -> None:
@@ -42,7 +43,7 @@ def test_motions_of_their_own_are_not_sent(monkeypatch) -> None:
     assert pickle.loads(ensemble_execution._told(plan, truths))[1] is None
 
 
-@pytest.mark.parametrize("part", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("part", [0.5, *slow(0.0, 1.0)])
 def test_a_process_whose_parent_is_killed_ends_without_a_word(part: float) -> None:
     """The pipe breaks before, within, or after what the process is told."""
     truths = TruthCache()

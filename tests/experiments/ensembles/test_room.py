@@ -17,6 +17,12 @@ from tests.experiments.ensembles.examples import files, scenario
 Usage = namedtuple("Usage", "total used free")
 
 
+@pytest.fixture(autouse=True)
+def _without_report(monkeypatch) -> None:
+    """What is written about the runs is tested with the recording; here it would only take time."""
+    monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)
+
+
 def test_more_than_the_memory_holds(monkeypatch) -> None:
     """Refused before anything runs; the interval of the epochs that is proposed is enough."""
     monkeypatch.setattr(ensemble_run, "machine_memory", lambda: 1.5e6)

@@ -16,15 +16,21 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.experiments.ensembles import ensemble_directory, ensemble_execution, ensemble_run
+from sinssim.experiments.ensembles import ensemble_directory, ensemble_execution, ensemble_plan, ensemble_run
 from tests.experiments.ensembles.examples import AIDED, PARKED, files, scenario
 
 LINUX = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="children are found below /proc")
 
 
+ALIGNING = {**AIDED, "parked": {**AIDED["parked"], "duration_s": 10.0}, "ensemble": {"epoch_s": 5.0}}
+
+
 @pytest.fixture(autouse=True)
-def _without_report(monkeypatch) -> None:
-    """What is written about the runs is tested with the recording; here it would only take time."""
+def _small_groups_without_report(monkeypatch) -> None:
+    """Files of 16 runs, or of two with a filter; what is written about the runs is tested with the recording."""
+    monkeypatch.setattr(ensemble_plan, "_CHUNK", 16)
+    for module in (ensemble_plan, ensemble_run):
+        monkeypatch.setattr(module, "LONG_CHUNK", 2)
     monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)
 
 
@@ -37,12 +43,12 @@ def children() -> list[int]:
 
 
 def test_files_do_not_depend_on_the_number_of_threads(tmp_path) -> None:
-    results = [sinssim.ensemble(scenario(), 150, tmp_path / str(n), threads=n) for n in (1, 2, 3)]
+    results = [sinssim.ensemble(scenario(), 40, tmp_path / str(n), threads=n) for n in (1, 2, 3)]
     assert files(tmp_path / "1") == files(tmp_path / "2") == files(tmp_path / "3")
     assert sorted(files(tmp_path / "1"))[:3] == [
-        "0000000-0000063.parquet", "0000064-0000127.parquet", "0000128-0000149.parquet",
+        "0000000-0000015.parquet", "0000016-0000031.parquet", "0000032-0000039.parquet",
     ]  # fmt: skip
-    in_memory = sinssim.ensemble(scenario(), 150)
+    in_memory = sinssim.ensemble(scenario(), 40)
     assert in_memory.directory is None
     np.testing.assert_array_equal(in_memory.errors.position_ned, results[0].errors.position_ned)
 
@@ -50,8 +56,8 @@ def test_files_do_not_depend_on_the_number_of_threads(tmp_path) -> None:
 @LINUX
 def test_a_process_that_dies_costs_its_group_only(tmp_path) -> None:
     """Processes give the files of one thread; so do they if one is killed."""
-    base = scenario(AIDED)
-    sinssim.ensemble(base, 12, tmp_path / "thread", threads=1)
+    base = scenario(ALIGNING)
+    sinssim.ensemble(base, 6, tmp_path / "thread", threads=1)
     killed = []
 
     def kill_one(text: str, fraction: float) -> None:
@@ -59,7 +65,7 @@ def test_a_process_that_dies_costs_its_group_only(tmp_path) -> None:
             killed.append(children()[0])
             os.kill(killed[0], signal.SIGKILL)
 
-    sinssim.ensemble(base, 12, tmp_path / "processes", threads=2, progress=kill_one)
+    sinssim.ensemble(base, 6, tmp_path / "processes", threads=2, progress=kill_one)
     assert len(killed) == 1
     assert files(tmp_path / "thread") == files(tmp_path / "processes")
 
@@ -81,32 +87,32 @@ def test_processes_that_die_again_and_again(tmp_path, monkeypatch) -> None:
 
 
 def test_an_interrupted_ensemble_is_continued(tmp_path) -> None:
-    sinssim.ensemble(scenario(), 150, tmp_path / "whole", threads=1)
+    sinssim.ensemble(scenario(), 40, tmp_path / "whole", threads=1)
 
     def interrupt(text: str, fraction: float) -> None:
-        if fraction > 0.6:
+        if fraction > 0.4:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt) as stop:
-        sinssim.ensemble(scenario(), 150, tmp_path / "part", threads=1, progress=interrupt)
-    assert "64 of 150 runs are finished" in stop.value.__notes__[0]
+        sinssim.ensemble(scenario(), 40, tmp_path / "part", threads=1, progress=interrupt)
+    assert "16 of 40 runs are finished" in stop.value.__notes__[0]
     assert "--resume" in stop.value.__notes__[0]
-    result = sinssim.ensemble(scenario(), 150, tmp_path / "part", resume=True)
-    assert result.computed == 150 - 64
+    result = sinssim.ensemble(scenario(), 40, tmp_path / "part", resume=True)
+    assert result.computed == 40 - 16
     assert files(tmp_path / "part") == files(tmp_path / "whole")
 
 
 def test_more_runs_later(tmp_path) -> None:
-    """100 runs, extended to 150, are the 150 runs; the files of runs that exist stay as they are."""
-    whole = sinssim.ensemble(scenario(), 150, tmp_path / "whole")
-    sinssim.ensemble(scenario(), 100, tmp_path / "e")
+    """27 runs, extended to 40, are the 40 runs; the files of runs that exist stay as they are."""
+    whole = sinssim.ensemble(scenario(), 40, tmp_path / "whole")
+    sinssim.ensemble(scenario(), 27, tmp_path / "e")
     before = files(tmp_path / "e")
-    extended = sinssim.ensemble(scenario(), 150, tmp_path / "e", resume=True)
-    assert extended.computed == 50
+    extended = sinssim.ensemble(scenario(), 40, tmp_path / "e", resume=True)
+    assert extended.computed == 13
     np.testing.assert_array_equal(extended.errors.final, whole.errors.final)
     assert before.items() <= files(tmp_path / "e").items()
     fewer = sinssim.ensemble(scenario(), 20, tmp_path / "e", resume=True)
-    assert len(fewer) == 150
+    assert len(fewer) == 40
     assert "more than the requested 20" in fewer.notes[0]
 
 
@@ -136,20 +142,20 @@ def test_groups_of_missing_runs() -> None:
 
 @pytest.mark.parametrize("damage", ["truncated", "one byte", "empty", "another ensemble"])
 def test_a_damaged_file_is_named_and_computed_again(damage: str, tmp_path) -> None:
-    sinssim.ensemble(scenario(), 70, tmp_path / "e")
-    whole, file = files(tmp_path / "e"), tmp_path / "e" / "runs" / "0000000-0000063.parquet"
+    sinssim.ensemble(scenario(), 18, tmp_path / "e")
+    whole, file = files(tmp_path / "e"), tmp_path / "e" / "runs" / "0000000-0000015.parquet"
     content = bytearray(file.read_bytes())
     if damage == "one byte":
         content[len(content) // 2] ^= 0x10
     elif damage == "another ensemble":
-        sinssim.ensemble(scenario(seed=99), 70, tmp_path / "other")
+        sinssim.ensemble(scenario(seed=99), 18, tmp_path / "other")
         content = bytearray((tmp_path / "other" / "runs" / file.name).read_bytes())
     file.write_bytes(content[: {"truncated": len(content) // 2, "empty": 0}.get(damage, len(content))])
     said: list[str] = []
-    result = sinssim.ensemble(scenario(), 70, tmp_path / "e", resume=True, say=said.append)
-    assert result.computed == 64
+    result = sinssim.ensemble(scenario(), 18, tmp_path / "e", resume=True, say=said.append)
+    assert result.computed == 16
     assert str(file) in said[0]
-    assert "runs 0 to 63 are computed again" in said[0]
+    assert "runs 0 to 15 are computed again" in said[0]
     assert files(tmp_path / "e") == whole
 
 
@@ -191,7 +197,7 @@ def test_a_folder_that_holds_something_else(tmp_path) -> None:
 
 
 def test_an_ensemble_is_replaced_only_on_request(tmp_path) -> None:
-    sinssim.ensemble(scenario(), 70, tmp_path / "e")
+    sinssim.ensemble(scenario(), 18, tmp_path / "e")
     (tmp_path / "e" / "notes.txt").write_text("mine")
     with pytest.raises(sinssim.InputError, match="already holds an ensemble"):
         sinssim.ensemble(scenario(seed=6), 5, tmp_path / "e")
@@ -226,10 +232,10 @@ def test_a_full_disk_loses_nothing_that_is_finished(tmp_path, monkeypatch) -> No
     with monkeypatch.context() as patch:
         patch.setattr(ensemble_execution, "write_chunk", full)
         with pytest.raises(sinssim.InputError, match=r"could not be written .*No space left .*MB are free") as error:
-            sinssim.ensemble(scenario(), 150, tmp_path / "e", threads=1)
-    assert "64 of 150 runs are finished" in error.value.__notes__[0]
-    result = sinssim.ensemble(scenario(), 150, tmp_path / "e", resume=True)
-    assert result.computed == 86
+            sinssim.ensemble(scenario(), 40, tmp_path / "e", threads=1)
+    assert "16 of 40 runs are finished" in error.value.__notes__[0]
+    result = sinssim.ensemble(scenario(), 40, tmp_path / "e", resume=True)
+    assert result.computed == 24
 
 
 @pytest.mark.parametrize(
@@ -265,11 +271,13 @@ def _beyond(base: sinssim.Scenario) -> Any:
     return base.ensemble.vary[0].model_copy(update={"low": 1000.0, "high": 2000.0})  # type: ignore[union-attr]
 
 
-def _killed_and_resumed(tmp_path: Path, kills: int) -> None:
+def _killed_and_resumed(tmp_path: Path, kills: int, runs: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Kill an ensemble at random moments after its start, continue it each time, and compare with a whole one."""
+    monkeypatch.undo()  # groups are as large as those of the command
+    monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)
     file = tmp_path / "standing.toml"
     file.write_text(scenario().to_toml(), encoding="utf-8")
-    command = [sys.executable, "-m", "sinssim", "ensemble", str(file), "--runs", "400", "-q", "--threads", "2"]
+    command = [sys.executable, "-m", "sinssim", "ensemble", str(file), "--runs", str(runs), "-q", "--threads", "2"]
     rng, place = random.Random(3), tmp_path / "killed"
     for _ in range(kills):
         process = subprocess.Popen([*command, "-o", str(place), "--resume"], stderr=subprocess.DEVNULL)
@@ -282,15 +290,15 @@ def _killed_and_resumed(tmp_path: Path, kills: int) -> None:
         time.sleep(rng.uniform(0.0, 0.2))
         process.kill()
         process.wait()
-    sinssim.ensemble(scenario(), 400, place, resume=True)
-    sinssim.ensemble(scenario(), 400, tmp_path / "whole")
+    sinssim.ensemble(scenario(), runs, place, resume=True)
+    sinssim.ensemble(scenario(), runs, tmp_path / "whole")
     assert files(place) == files(tmp_path / "whole")
 
 
-def test_killed_once_and_resumed(tmp_path) -> None:
-    _killed_and_resumed(tmp_path, 1)
+def test_killed_once_and_resumed(tmp_path, monkeypatch) -> None:
+    _killed_and_resumed(tmp_path, 1, 150, monkeypatch)
 
 
 @pytest.mark.slow
-def test_killed_at_five_random_moments_and_resumed(tmp_path) -> None:
-    _killed_and_resumed(tmp_path, 5)
+def test_killed_at_five_random_moments_and_resumed(tmp_path, monkeypatch) -> None:
+    _killed_and_resumed(tmp_path, 5, 400, monkeypatch)

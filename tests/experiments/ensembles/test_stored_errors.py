@@ -187,16 +187,16 @@ def test_an_array_beyond_the_memory_is_refused(tmp_path, monkeypatch) -> None:
     assert kept.column("position_n_m").shape == (RUNS, EPOCHS)
 
 
-@pytest.mark.parametrize("contents", [PARKED, AIDED])
-def test_an_ensemble_from_end_to_end(contents, tmp_path, monkeypatch) -> None:
+@pytest.mark.parametrize(("contents", "runs"), [(PARKED, 10), (AIDED, 3)])
+def test_an_ensemble_from_end_to_end(contents, runs, tmp_path, monkeypatch) -> None:
     """With a directory and without one."""
     monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)
     base, want = scenario(contents), ["r95(run) <= 100 m"]
-    numbers = summary_of(sinssim.ensemble(base, 10, tmp_path / "e", require=want, threads=1))
+    numbers = summary_of(sinssim.ensemble(base, runs, tmp_path / "e", require=want, threads=1))
     monkeypatch.setattr(ensemble_errors, "IN_MEMORY", 0)
-    monkeypatch.setattr(ensemble_errors, "AT_ONCE", 500)
-    again = sinssim.ensemble(base, 10, tmp_path / "e", require=want, resume=True)
-    alone = sinssim.ensemble(base, 10, require=want, threads=1)
+    monkeypatch.setattr(ensemble_errors, "AT_ONCE", 50 * runs)
+    again = sinssim.ensemble(base, runs, tmp_path / "e", require=want, resume=True)
+    alone = sinssim.ensemble(base, runs, require=want, threads=1)
     for result in (again, alone):
         assert isinstance(result.errors, StoredErrors)
         found = summary_of(result)

@@ -10,20 +10,23 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim.algorithms import REGISTRY
-from sinssim.experiments.studies import attitude_cost
+from sinssim.experiments.studies import attitude_cost, step_cost
 from sinssim.experiments.studies.attitude_cost import _loop, attitude_costs, count_attitude
 from sinssim.strapdown.coning_sculling import weight_table
 
-COUNT = 60
+COUNT = 24
 
 
 @pytest.fixture(autouse=True)
 def few_samples(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Count over 60 samples: the mean over 240 takes four times as long."""
+    """Count over 24 samples: the mean over 240 takes ten times as long."""
     monkeypatch.setattr(attitude_cost, "_COUNTED", COUNT)
-    count_attitude.cache_clear()
+    monkeypatch.setattr(step_cost, "_COUNTED_SAMPLES", COUNT)
+    for cache in (count_attitude, step_cost.count_operations):
+        cache.cache_clear()
     yield
-    count_attitude.cache_clear()
+    for cache in (count_attitude, step_cost.count_operations):
+        cache.cache_clear()
 
 
 def matrix_after(algorithm: str, by_functions: bool = False) -> np.ndarray:
@@ -65,11 +68,9 @@ def test_b_is_the_variable_of_poissons_equation():
 
 
 def test_attitude_is_a_part_of_the_navigation():
-    from sinssim.experiments.studies.step_cost import count_operations
-
     for algorithm in ("quaternion", "euler", "rotation-vector-2"):
         whole, matrix = count_attitude(algorithm)
-        assert matrix.total < whole.total < count_operations(algorithm, "level").total
+        assert matrix.total < whole.total < step_cost.count_operations(algorithm, "level").total
 
 
 def test_lines_of_a_report():

@@ -16,6 +16,7 @@ import pytest
 from sinssim.content import list_content
 from sinssim.errors import InputError
 from sinssim.experiments.studies import algorithm_comparison as module
+from sinssim.experiments.studies import attitude_cost
 from sinssim.experiments.studies.algorithm_comparison import compare
 from sinssim.experiments.studies.study_schema import Study
 from sinssim.experiments.study import load_study
@@ -33,15 +34,19 @@ def study(**part) -> Study:
 @pytest.fixture(autouse=True, scope="module")
 def _hardly_counted(request):
     """Count the operations of a tenth of the samples and time each step twice: studies are tested, not their costs."""
+    caches = (module.step_cost.count_operations, attitude_cost.count_attitude)
     if request.config.getoption("markexpr") != "not slow":
         yield
         return
     with pytest.MonkeyPatch.context() as patch:
         for name, value in (("_COUNTED_SAMPLES", 24), ("_TIMED_SAMPLES", 2400), ("_REPETITIONS", 1)):
             patch.setattr(module.step_cost, name, value)
-        module.step_cost.count_operations.cache_clear()
+        patch.setattr(attitude_cost, "_COUNTED", 24)
+        for cache in caches:
+            cache.cache_clear()
         yield
-    module.step_cost.count_operations.cache_clear()
+    for cache in caches:
+        cache.cache_clear()
 
 
 @pytest.fixture(scope="module")

@@ -56,7 +56,7 @@ def test_the_budget_crosses_the_limit_at_that_time(tmp_path: Path) -> None:
 @pytest.mark.parametrize("kind", ["budget", "ensemble"])
 def test_the_cells_of_a_trade_study(tmp_path: Path, kind: str) -> None:
     ask = (LIMIT, "position_north(run) <= 1 km")
-    plan = study(tmp_path, OUTAGE, AXIS, require=ask, cell=kind, **({"runs": 8} if kind == "ensemble" else {}))
+    plan = study(tmp_path, OUTAGE, AXIS, require=ask, cell=kind, **({"runs": 4} if kind == "ensemble" else {}))
     result = sinssim.compare(plan, tmp_path / "made", threads=1)
     text = plain_text(lambda console: show(result.exhibits, console))
     for number in (1, 2):

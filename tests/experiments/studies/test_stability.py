@@ -94,7 +94,7 @@ def test_parked_and_great_circles_of_three_durations(number):
     assert {claim: found[claim][0] for claim in claims} == {claim: VERDICTS[claim] for claim in claims}
 
 
-@pytest.mark.parametrize(("seconds", "seed"), [(40.0, 1), (60.0, 2), (90.0, 3)])
+@pytest.mark.parametrize(("seconds", "seed"), [(40.0, 1), *slow((60.0, 2), (90.0, 3))])
 def test_vibration_of_three_durations_and_seeds(seconds, seed):
     """A parked block that rocks by 40″ at 12 Hz: a high order from 50 to 80 Hz, whatever the duration."""
     (part,) = of("attitude-rate")

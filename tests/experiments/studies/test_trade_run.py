@@ -12,12 +12,13 @@ import pytest
 
 from sinssim.cli import app as cli
 from sinssim.errors import InputError, RunError
+from sinssim.experiments.ensembles import ensemble_plan
 from sinssim.experiments.studies import trade_run as running
 from sinssim.experiments.studies.trade_result import TradeResult
 from sinssim.experiments.studies.trade_run import trade
 from sinssim.experiments.studies.trade_schema import TradeStudy
 from sinssim.units import DEG_H
-from tests.experiments.studies.trade_examples import ACCEL, AIDED, BIAS, GRADE, study
+from tests.experiments.studies.trade_examples import ACCEL, AIDED, AXES, BIAS, GRADE, study
 from tests.slow import slow
 
 TIMES: dict[str, Any] = {"times_s": (30.0,), "require": ("r95(40 s) <= 8 m", "heading(end) <= 1 deg")}
@@ -43,9 +44,9 @@ def answer(capsys: pytest.CaptureFixture[str], command: str, folder: Path) -> di
 
 def test_budgets_are_those_of_their_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Every number of `sinssim budget`, bit for bit."""
-    result = trade(study(tmp_path, **TIMES))
+    result = trade(study(tmp_path, axes=AXES[:1], **TIMES))
     assert not result.failures
-    for number in (6,):
+    for number in (2,):
         found = result.cells[number - 1]
         own = answer(capsys, result.command(number), tmp_path / f"budget{number}")
         assert found.value("cep_end_m") == own["cep_m"]
@@ -67,9 +68,9 @@ def test_budgets_are_those_of_their_commands(tmp_path: Path, capsys: pytest.Capt
 
 def test_ensembles_are_those_of_their_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Every number of `sinssim ensemble`, bit for bit."""
-    result = trade(study(tmp_path, cell="ensemble", runs=20, require=TIMES["require"]), threads=1)
+    result = trade(study(tmp_path, axes=AXES[:1], cell="ensemble", runs=20, require=TIMES["require"]), threads=1)
     assert not result.failures
-    for number in (6,):
+    for number in (2,):
         found = result.cells[number - 1]
         own = answer(capsys, result.command(number), tmp_path / f"ensemble{number}")
         pairs = {
@@ -106,7 +107,7 @@ def test_one_bias_alone_by_closed_form(tmp_path: Path) -> None:
     assert found[0] == pytest.approx(2.4477 * sigma, rel=0.01)
 
 
-@pytest.mark.parametrize("n", [50, *slow(200)])
+@pytest.mark.parametrize("n", [25, *slow(200)])
 def test_budget_and_ensemble_agree(n: int, tmp_path: Path) -> None:
     """Of N runs, CEP within 4.5 standard errors, rms within 4.5 of σ/√(2N); 24 comparisons fail by chance once in 6000.
 
@@ -154,14 +155,15 @@ def test_resumed_bit_for_bit(tmp_path: Path) -> None:
     assert numbers(again) == numbers(whole)
 
 
-def test_an_ensemble_is_continued_within_a_cell(tmp_path: Path) -> None:
-    """Its finished groups of runs are kept, and more runs extend it."""
+def test_an_ensemble_is_continued_within_a_cell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its finished groups of runs, here of 16, are kept, and more runs extend it."""
+    monkeypatch.setattr(ensemble_plan, "_CHUNK", 16)
     axes = ({"key": BIAS, "values": (0.01, 0.1)},)
-    made, place = study(tmp_path, axes=axes, cell="ensemble", runs=100), tmp_path / "out"
+    made, place = study(tmp_path, axes=axes, cell="ensemble", runs=25), tmp_path / "out"
     whole = trade(made, threads=1)
 
     def stop(text: str, fraction: float) -> None:
-        if "64/100" in text and text.startswith("1/2"):
+        if "16/25" in text and text.startswith("1/2"):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -169,9 +171,9 @@ def test_an_ensemble_is_continued_within_a_cell(tmp_path: Path) -> None:
     assert len(list(place.glob("cells/*/runs/*.parquet"))) >= 2
     resumed = trade(made, place, resume=True, threads=1)
     assert numbers(resumed) == numbers(whole)
-    more = trade(study(tmp_path, axes=axes, cell="ensemble", runs=130), place, resume=True, threads=1)
-    assert more.values("runs").tolist() == [130.0, 130.0]
-    assert numbers(more) == numbers(trade(study(tmp_path, axes=axes, cell="ensemble", runs=130), threads=1))
+    more = trade(study(tmp_path, axes=axes, cell="ensemble", runs=33), place, resume=True, threads=1)
+    assert more.values("runs").tolist() == [33.0, 33.0]
+    assert numbers(more) == numbers(trade(study(tmp_path, axes=axes, cell="ensemble", runs=33), threads=1))
 
 
 def test_further_values_extend_a_study(tmp_path: Path) -> None:
@@ -236,11 +238,11 @@ def test_a_failed_cell_is_a_result(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 def test_one_motion_is_made_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Cells on the same motion share it, also where they do not follow one another."""
-    from sinssim.experiments.ensembles import ensemble_plan as truth
-
     made: list[float] = []
-    real = truth._truth
-    monkeypatch.setattr(truth, "_truth", lambda scenario: made.append(scenario.parked.latitude_deg) or real(scenario))
+    real = ensemble_plan._truth
+    monkeypatch.setattr(
+        ensemble_plan, "_truth", lambda scenario: made.append(scenario.parked.latitude_deg) or real(scenario)
+    )
     axes = ({"key": BIAS, "values": (0.01, 0.1)}, {"key": "parked.latitude_deg", "values": (0.0, 20.0, 40.0, 60.0)})
     trade(study(tmp_path, axes=axes))
     assert made == [0.0, 20.0, 40.0, 60.0]
@@ -258,7 +260,8 @@ def test_settings_of_a_filter(tmp_path: Path) -> None:
     assert own[1] > own[0] > 0.0
     inertial = trade(study(tmp_path, AIDED, axes, inertial=True))
     assert (inertial.values("r95(end)") > budgets.values("r95(end)")).all()
-    runs = trade(study(tmp_path, AIDED, axes, cell="ensemble", runs=8), threads=1)
+    fewer = ("ensemble.epoch_s=5.0",)
+    runs = trade(study(tmp_path, AIDED, axes, cell="ensemble", runs=8, set=fewer), threads=1)
     nees, share = runs.values("nees_mean"), runs.values("nees_share_in_band")
     assert nees[0] > nees[1] > 0.0  # a filter that is told larger noise states larger errors
     assert ((share >= 0.0) & (share <= 1.0)).all()
