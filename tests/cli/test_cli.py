@@ -19,6 +19,7 @@ from sinssim.cli import app as cli
 from sinssim.cli.app import command_names
 from sinssim.errors import InputError
 from tests.scenario.examples import FLIGHT, PARKED
+from tests.slow import slow
 
 HEAVY = ("numba", "scipy", "rerun", "jsbsim", "pyarrow", "matplotlib")
 
@@ -420,7 +421,7 @@ def test_progress_on_a_terminal_only_and_on_standard_error(folder: Path) -> None
         assert word in shown.decode()
 
 
-@pytest.mark.parametrize("closed", [(1,), pytest.param((2,), marks=pytest.mark.slow), (0, 1, 2)])
+@pytest.mark.parametrize("closed", [*slow(((1,),), ((2,),)), (0, 1, 2)])
 def test_closed_standard_streams(folder: Path, closed: tuple[int, ...]) -> None:
     """What is written there is lost and nothing else: no file of a run gets the number of standard output."""
     (folder / "plan.toml").write_text(PARKED)
@@ -480,7 +481,7 @@ def test_output_onto_a_full_disk(folder: Path) -> None:
     )
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, *slow(signal.SIGTERM)])
 def test_interrupt(folder: Path, number: signal.Signals) -> None:
     """Ctrl-C, or being told to terminate, ends a run with code 130, one line, and no broken files."""
     (folder / "plan.toml").write_text(PARKED.replace("20.0", "4000.0", 1).replace("rate_hz = 20.0", "rate_hz = 100.0"))

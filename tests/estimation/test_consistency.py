@@ -17,6 +17,7 @@ from sinssim.estimation.consistency import Consistency, consistency, nees, senso
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.filter_result import Divergence
 from tests.estimation.worlds import balanced, biases_only, errors_of, metres, one_run, positions, velocities, weaving
+from tests.slow import slow
 
 SIGMA = biases_only("laser-standard")
 MODEL = error_model(SIGMA, position=(5.0, 5.0, 5.0), velocity=0.1, attitude=(3e-4, 3e-4, 3e-3))
@@ -352,7 +353,8 @@ def mistuned(model: ErrorModel, given: list[Measurements], factor: float, what: 
 
 
 @pytest.mark.parametrize(
-    ("grade", "what"), [("laser-standard", "all"), ("laser-standard", "aiding"), ("mems-industrial", "inertial")]
+    ("grade", "what"),
+    [*slow(("laser-standard", "all")), ("laser-standard", "aiding"), ("mems-industrial", "inertial")],
 )
 def test_wrong_noise_is_found_out_without_the_truth(grade: str, what: str) -> None:
     flight, ideal = weaving(600.0, 20.0)

@@ -108,7 +108,7 @@ def main() -> None:
     if how == "disk":
         import resource
 
-        resource.setrlimit(resource.RLIMIT_FSIZE, (2_000_000, 2_000_000))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, 400_000))
     if how in ("interrupt", "kill"):
 
         def navigate(*_, **__):

@@ -263,7 +263,7 @@ def test_directory_holds_what_it_should_and_nothing_else(recorded):
     assert (directory / "scenario.toml").read_text() == result.scenario.to_toml()
 
 
-def in_process(how: str, directory: Path, count: int = 20_000) -> subprocess.CompletedProcess[str]:
+def in_process(how: str, directory: Path, count: int = 2_000) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-m", "tests.recording.fake_run", how, str(directory), str(count)],
         capture_output=True,
@@ -314,7 +314,7 @@ def test_a_full_disk_leaves_nothing_and_loses_nothing(tmp_path):
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "summary.json").write_text("{}")
     (tmp_path / "run" / ".sinssim.json").write_text('{"files": ["summary.json"]}')
-    ended = in_process("disk", tmp_path / "run", 100_000)
+    ended = in_process("disk", tmp_path / "run", 20_000)
     assert "InputError" in ended.stderr
     assert "could not be written" in ended.stderr
     assert [p.name for p in tmp_path.iterdir()] == ["run"]

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from sinssim.cli.terminal import encode_everything, holds_everything
+from tests.slow import slow
 
 
 @pytest.mark.parametrize(
@@ -45,7 +46,7 @@ def test_a_treatment_that_the_user_chose_stays() -> None:
 
 @pytest.mark.parametrize(
     ("command", "encoding"),
-    [(("sensors", "tactical"), "cp1252"), (("sensors", "tactical"), "ascii"), (("list", "grades"), "latin-1"),
+    [(("sensors", "tactical"), "cp1252"), *slow((("sensors", "tactical"), "ascii")), (("list", "grades"), "latin-1"),
      (("run", "σ"), "ascii"), (("--help",), "cp1252")],
 )  # fmt: skip
 def test_commands_into_a_file_and_a_pipe(tmp_path: Path, encoding: str, command: tuple[str, ...]) -> None:

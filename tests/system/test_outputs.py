@@ -226,9 +226,11 @@ def plants(output: Path) -> dict[str, Plant]:
     return found
 
 
-@pytest.mark.parametrize(  # a trade of budgets is in the same kind of directory
-    "kind", [*slow("trade of ensembles"), *(kind for kind in KINDS if kind != "trade of ensembles")]
-)
+ALIKE = ("trade of ensembles", "calibration", "euroc")
+"""Kinds in the same kind of directory as a trade of budgets, a budget and CSV files."""
+
+
+@pytest.mark.parametrize("kind", [*slow(*ALIKE), *(kind for kind in KINDS if kind not in ALIKE)])
 def test_no_link_leads_outside(
     kind: str, outputs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, opened: list[str]
 ) -> None:

@@ -40,10 +40,10 @@ _CALIBRATED_SET = {"imu": _REDUNDANT, "compensation": {"gyro_bias_sigma_deg_h": 
 @pytest.mark.parametrize(
     ("runs", "tables"),
     [
-        (200, {"imu": {"grade": "laser-standard"}, "navigation": {"vertical": "free", "initial_error": _START}}),
-        (200, {"imu": _NOISES, "navigation": {"vertical": "baro-loop"}}),
-        (200, {"imu": {"grade": "tactical"},
-               "compensation": {"gyro_bias_sigma_deg_h": 0.1, "accel_bias_sigma_ug": 30.0}}),
+        (80, {"imu": {"grade": "laser-standard"}, "navigation": {"vertical": "free", "initial_error": _START}}),
+        (80, {"imu": _NOISES, "navigation": {"vertical": "baro-loop"}}),
+        (80, {"imu": {"grade": "tactical"},
+              "compensation": {"gyro_bias_sigma_deg_h": 0.1, "accel_bias_sigma_ug": 30.0}}),
         (20, _CALIBRATED_SET),
         *slow((60, _CALIBRATED_SET)),
     ],
@@ -70,7 +70,7 @@ def _aided(**changes: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-@pytest.mark.parametrize("runs", [20, *slow(50)])
+@pytest.mark.parametrize("runs", [10, *slow(50)])
 @pytest.mark.parametrize(
     "changes",
     [

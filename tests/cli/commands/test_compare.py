@@ -111,6 +111,7 @@ def test_bad_input(folder: Path, capsys: pytest.CaptureFixture[str], arguments: 
     assert {p.name for p in folder.iterdir()} == {"mine.toml"}
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_is_done(folder: Path) -> None:
     """On a terminal there is a bar; interrupted in its second motion, the study leaves a report of the first."""
     longer = STUDY + "\n[[parts.motions]]\nname = 'long'\nparked = { latitude_deg = 50.0, duration_s = 200000.0 }\n"

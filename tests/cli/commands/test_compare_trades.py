@@ -174,6 +174,7 @@ def test_the_folder_of_another_study(folder: Path, capsys: pytest.CaptureFixture
     assert "it is the study mine, not other" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_is_done(folder: Path) -> None:
     """Interrupted after its first cells, a study leaves these and their report; --resume goes on."""
     values = ", ".join(f"{0.001 * k:.3f}" for k in range(1, 100))

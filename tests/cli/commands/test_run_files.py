@@ -84,12 +84,11 @@ def test_whether_the_suggested_scenario_is_tried(
 
 
 def test_inertial_data_and_fixes_in_one_step(log: tuple[Path, Path], tmp_path: Path) -> None:
-    """The scenario is run as `inspect` suggests it, and repeats the run with the same numbers."""
+    """The scenario is run as `inspect` suggests it; the next test repeats it."""
     shown = sinssim("run", *log, "-o", tmp_path / "run", *KEEP)
     assert "Doubts:" in shown
     assert "aided" in shown
-    sinssim("run", tmp_path / "run" / "suggested.toml", "-o", tmp_path / "again", *KEEP)
-    assert _numbers(tmp_path / "again") == _numbers(tmp_path / "run")
+    assert (tmp_path / "run" / "suggested.toml").is_file()
     assert "filter" in _numbers(tmp_path / "run")
 
 
@@ -104,6 +103,7 @@ def test_settings_are_in_the_scenario_that_repeats_the_run(log: tuple[Path, Path
     assert scenario.filter.initial_sigma.heading_arcmin == 300.0
     assert scenario.log is not None
     assert (scenario.log.outages.length_s, scenario.log.outages.every_s) == (5.0, 20.0)
+    assert "filter" in _numbers(tmp_path / "run")
     sinssim("run", tmp_path / "run" / "suggested.toml", "-o", tmp_path / "again", *KEEP)
     assert _numbers(tmp_path / "again") == _numbers(tmp_path / "run")
 

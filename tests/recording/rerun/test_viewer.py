@@ -25,6 +25,7 @@ from sinssim.experiments.run.execute import run
 from sinssim.recording.rerun import viewer
 from sinssim.recording.rerun.viewer import without_other_machines
 from tests.recording import fake_run
+from tests.slow import slow
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +35,7 @@ def directory(tmp_path_factory) -> Path:
         return run(fake_run.scenario(), tmp_path_factory.mktemp("viewer") / "run").directory
 
 
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("how", [signal.SIGINT, *slow(signal.SIGTERM)])
 def test_web_serves_this_machine_only_and_leaves_no_process(directory, how):
     code = "import pathlib, sys; from sinssim.recording.rerun.viewer import serve; serve(pathlib.Path(sys.argv[1]))"
     server = subprocess.Popen([sys.executable, "-c", code, str(directory)], stdout=subprocess.PIPE, text=True)

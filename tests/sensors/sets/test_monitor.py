@@ -20,6 +20,7 @@ from sinssim.sensors.sets.single_sensors import (
     perfect_readings,
 )
 from sinssim.units import ARCSEC, DEG, DEG_H, DEG_SQRT_H, G0, PPM, UG
+from tests.slow import slow
 
 RATE = 100.0
 QUIET = {"accel_vrw_ug_sqrt_hz": 10.0, "gyro_arw_deg_sqrt_h": 0.003}
@@ -259,7 +260,7 @@ def test_every_other_error_is_accounted_for_too() -> None:
     }  # fmt: skip
     given = section({}, "laser-standard", **more)
     statistics = []
-    for seed in range(6):
+    for seed in range(3):
         readings, gyros, accels = watched(ideal, given, seed)
         assert not gyros.alarms
         assert not accels.alarms
@@ -282,7 +283,7 @@ def test_perfect_sensors_raise_no_alarm_and_any_fault_is_found() -> None:
     assert [alarm.sensor for alarm in accels.alarms] == [4]
 
 
-@pytest.mark.parametrize("name", ["cone-5", "dodecahedron", "skewed-triads"])
+@pytest.mark.parametrize("name", ["skewed-triads", *slow("cone-5", "dodecahedron")])
 def test_the_wrong_sensor_is_hardly_ever_excluded(name: str) -> None:
     """A fault of 14σ, which 99.7 % of tests find, in 300 draws: at most one wrong exclusion where ≤ 0.3 are expected.
 

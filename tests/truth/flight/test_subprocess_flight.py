@@ -16,6 +16,7 @@ from sinssim.errors import InputError, RunError
 from sinssim.truth.flight.flight_log import flight_log
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.jsbsim_simulation import fly_apart, fly_plan
+from tests.slow import slow
 from tests.truth.flight.test_cache import same
 
 
@@ -76,8 +77,11 @@ fly_apart(flight, 0, lambda fraction: print("flies", flush=True))
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs /proc")
-@pytest.mark.parametrize("when", ["as it starts", "flying"])
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize(
+    ("number", "when"),
+    [(signal.SIGINT, "flying"), (signal.SIGKILL, "flying"),
+     *slow((signal.SIGINT, "as it starts"), (signal.SIGKILL, "as it starts"))],
+)  # fmt: skip
 def test_nobody_goes_on_flying_after_the_program_has_ended(tmp_path: Path, number: signal.Signals, when: str) -> None:
     """An interrupted program ends the other process; of a killed one it notices by itself, and says nothing."""
     long = flight({"type": "hold", "duration_s": 80000.0}).model_dump_json()

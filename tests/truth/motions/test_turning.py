@@ -17,6 +17,7 @@ from sinssim.truth.motions.mounted_block import Vibrating
 from sinssim.truth.motions.parked_and_great_circle import Parked
 from sinssim.truth.motions.vibration import Tone
 from sinssim.units import DEG
+from tests.slow import slow
 
 KINDS: dict[str, dict[str, Any]] = {
     "continuous": {"type": "continuous", "rate_deg_s": -13.0, "inner_rate_deg_s": 7.0, "axis": (1.0, 0.2, 0.0)},
@@ -58,14 +59,15 @@ def test_turns_have_their_angles_and_return(kind: str) -> None:
     assert found == pytest.approx(expected, abs=1e-9)
 
 
+@pytest.mark.parametrize("every", [7, *slow(1)])
 @pytest.mark.parametrize("kind", KINDS)
-def test_increments_are_the_integrals_of_the_rates(kind: str) -> None:
+def test_increments_are_the_integrals_of_the_rates(kind: str, every: int) -> None:
     """Adaptive quadrature by scipy of the rates in each sample, some of which have a corner of the rate."""
     parked = Parked(0.8, 0.1, 50.0, rotation.quaternion_from_euler(0.1, -0.2, 2.0), 30.0)
     base = Vibrating(parked, (Tone("roll", 0.01, 1.3), Tone("down", 0.02, 2.0)))
     block = TurningBlock(base, made({**KINDS[kind], "wobble_arcsec": 500.0}, 30.0))
     imu = block.increments(2.0)
-    for k in range(0, len(imu), 3):
+    for k in range(0, len(imu), every):
 
         def felt(t: float) -> NDArray[np.float64]:
             return np.concatenate(block.rates(np.asarray(t)))

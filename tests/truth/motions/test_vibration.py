@@ -20,6 +20,7 @@ from sinssim.truth.motions.mounted_block import Vibrating
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked
 from sinssim.truth.motions.vibration import Tone, band_noise
 from tests.oracles import integrator as oracle
+from tests.slow import slow
 from tests.truth.motions import synthetic_flight
 
 Array = np.ndarray
@@ -145,11 +146,12 @@ def test_velocity_is_the_derivative_of_the_position(vibrating: Vibrating) -> Non
         assert np.abs(moved - (ends[1] - ends[0])).max() < 5e-9
 
 
+@pytest.mark.parametrize("samples", [2, *slow(4)])
 @pytest.mark.parametrize("rate_hz", [10.0, 200.0])
-def test_increments_against_adaptive_quadrature(vibrating: Vibrating, rate_hz: float) -> None:
+def test_increments_against_adaptive_quadrature(vibrating: Vibrating, rate_hz: float, samples: int) -> None:
     imu = vibrating.increments(rate_hz)
     knots = np.arange(-2.0, 22.0, 1.0 / 30.0)
-    for k in np.linspace(len(imu) // 5, len(imu) - len(imu) // 5, 4).astype(int):
+    for k in np.linspace(len(imu) // 5, len(imu) - len(imu) // 5, samples).astype(int):
         inside = knots[(knots > imu.time[k] + 1e-9) & (knots < imu.time[k + 1] - 1e-9)]
         corners = np.concatenate([[imu.time[k]], inside, [imu.time[k + 1]]])
         integral = np.zeros(6)
