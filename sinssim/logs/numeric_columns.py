@@ -227,6 +227,12 @@ def _lines(path: Path, end: int) -> int:
     return count
 
 
+def names_in(fields: list[str]) -> list[str]:
+    """Return the names of columns in the fields of a line, which may begin with # or %."""
+    first = fields[0].lstrip("".join(COMMENTS)).strip()
+    return [first, *fields[1:]] if first or not fields[0] else fields[1:]
+
+
 def read_rows(path: Path, layout: RowLayout, *, comments: bool = False) -> Iterator[Row]:
     """Yield the line of names, if there is one, and every row that is read.
 
@@ -234,14 +240,13 @@ def read_rows(path: Path, layout: RowLayout, *, comments: bool = False) -> Itera
         path: a text file; any byte is accepted.
         comments: whether lines that begin with # or % are left out.
     """
-    rows = text_rows(path, layout.delimiter, layout.skip_lines, comments=comments)
+    rows, names = text_rows(path, layout.delimiter, layout.skip_lines, comments=comments), None
+    if not layout.numbered and (first := next(rows, None)) is not None:
+        names = names_in(first[1])
+        yield first[0], names
     if not layout.rows:
         yield from rows
         return
-    names = None
-    if not layout.numbered and (first := next(rows, None)) is not None:
-        names = first[1]
-        yield first
     wanted = _wanted(path, layout.rows, names)
     for number, fields in rows:
         if all(k < len(fields) and fields[k] == text for k, text in wanted):

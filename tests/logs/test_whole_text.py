@@ -103,6 +103,20 @@ def test_samples_of_a_table(tmp_path: Path) -> None:
         read_samples(tmp_path / "x.csv", layout)
 
 
+@pytest.mark.parametrize(
+    ("names", "delimiter"), [("#t_s,x,y,z", ","), ("%  t_s, x,y , z", ","), ("# t_s x y z", "whitespace")]
+)
+def test_names_in_a_line_that_begins_with_a_sign(names: str, delimiter: str, tmp_path: Path) -> None:
+    """Spreadsheets and numpy write names so; a comment above them is skipped."""
+    path = tmp_path / "log.csv"
+    rows = ["0.0,1,2,9.8", "0.1,1,2,9.8", "0.2,1,2,9.8"]
+    text = "\n".join(["# made by a logger", names, *rows])
+    path.write_text(text if delimiter == "," else text.replace(",", " "))
+    layout = LogImu(file="log.csv", time="t_s", delimiter=delimiter, skip_lines=1)
+    (first, found), *others = read_rows(path, layout)
+    assert (first, found, len(others)) == (2, ["t_s", "x", "y", "z"], 3)
+
+
 def test_lost_samples_are_zeros_of_all_sensors() -> None:
     """One row of eleven is all zeros, which noise never gives; of an ideal sensor in free fall more are."""
     gyro, accel = np.ones((11, 3)), np.ones((11, 3))

@@ -31,7 +31,16 @@ from sinssim.logs.column_names import (
     unit_of,
 )
 from sinssim.logs.gps_time import date_seconds, is_date
-from sinssim.logs.numeric_columns import WHITESPACE, CutRows, bad_row, cut_rows, read_columns, split, text_rows
+from sinssim.logs.numeric_columns import (
+    COMMENTS,
+    WHITESPACE,
+    CutRows,
+    bad_row,
+    cut_rows,
+    read_columns,
+    split,
+    text_rows,
+)
 from sinssim.logs.recorded_streams import Clock
 from sinssim.system.user_file import open_file
 
@@ -159,7 +168,7 @@ def read_table(path: Path) -> TextTable:
     decimal = "," if delimiter != "," and any(_COMMA.fullmatch(f) for f in fields) else "."
     names, comment = _heading(lines[:heading], widths[:heading], delimiter, widths[first], fields[-1] == "")
     if names is not None and "\ufffd" in lines[heading - 1]:
-        latin = head[heading - 1].decode("latin-1").rstrip("\r\n").removeprefix("ï»¿")
+        latin = head[heading - 1].decode("latin-1").rstrip("\r\n").removeprefix("ï»¿").lstrip(" #%")
         names, comment = None, tuple(split(latin, delimiter))
     if any(len(word) > _LONGEST_WORD for word in names or comment or ()):
         names = comment = None
@@ -188,6 +197,8 @@ def _heading(
         return None, None
     if lines[-1].lstrip().startswith(_COMMENT):
         fields = split(lines[-1].lstrip(" #%/!"), delimiter)
+        if len(fields) == width and len(set(fields)) == width and lines[-1].lstrip().startswith(COMMENTS):
+            return tuple(fields), None
         return None, tuple(fields) if len(fields) == width else None
     begin = len(lines)
     while begin and widths[begin - 1] == width and not lines[begin - 1].lstrip().startswith(_COMMENT):

@@ -59,7 +59,11 @@ def test_no_names_blanks_and_a_decimal_comma(tmp_path: Path) -> None:
 
 def test_comments_and_units_below(tmp_path: Path) -> None:
     found = _read(tmp_path / "a.csv", "# t, x, y\n1,2,3\n4,5,6\n")
-    assert (found.names, found.comment, found.words, found.skip_lines) == (None, ("t", "x", "y"), ("t", "x", "y"), 1)
+    assert (found.names, found.comment, found.skip_lines) == (("t", "x", "y"), None, 0)
+    found = _read(tmp_path / "a.csv", "# a logger\n% t, x, x\n1,2,3\n4,5,6\n")
+    assert (found.names, found.words, found.skip_lines) == (None, ("t", "x", "x"), 2)
+    found = _read(tmp_path / "a.csv", "! t, x, y\n1,2,3\n4,5,6\n")  # which the reader of a run does not know
+    assert (found.names, found.words, found.skip_lines) == (None, ("t", "x", "y"), 1)
     found = _read(tmp_path / "b.csv", "t,x,x\n(s),[m],\n1,2,3\n4,5,6\n")
     assert (found.names, found.words, found.skip_lines) == (None, ("t [s]", "x [m]", "x"), 2)
     found = _read(tmp_path / "c.csv", "t,x,x\n1,2,3\n4,5,6\n")  # names that repeat cannot be given
