@@ -218,7 +218,7 @@ def _described(path: Path) -> tuple[Scenario, list[Streams], Described]:
         raise InputError(f"{path} has no table [log]: inspect recorded files, or a scenario that describes them.")
     stream, clock, notes = inertial_stream(log.imu)
     even = even_times(stream.time, 1e-6 * log.imu.clock_drift_ppm)
-    clock, stream = _on_described_clock(log.imu, clock, replace(stream, time=even))
+    clock, stream = _on_described_clock(log.imu, clock, replace(stream, time=even, axes=None))  # turned
     streams = [Streams(Path(log.imu.file), "text", clock, inertial={"imu": stream}, notes=notes)]
     if log.gnss is not None:
         fixes, clock, notes = fix_stream(log.gnss)

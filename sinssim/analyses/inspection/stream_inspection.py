@@ -99,6 +99,12 @@ class Inspection:
     reading: tuple[Array, Array] | None = None
 
     @property
+    def stated_axes(self) -> tuple[str, str, str] | None:
+        """The directions of the unit's axes that its format states; None if there are none, or gravity contradicts."""
+        contradicted = any("gravity_along" in f.numbers for f in self.findings)
+        return None if self.inertial is None or contradicted else self.inertial.axes
+
+    @property
     def usable(self) -> bool:
         """Whether nothing is wrong."""
         return all(f.grade != "wrong" for f in self.findings)
@@ -172,7 +178,26 @@ def inspect_streams(files: Sequence[Streams], described: Described | None = None
     result.fast = fast_noise(readings[0], readings[1], every), fast_noise(readings[0], readings[2], every)
     result.findings += rest_findings(result.quiet, moves)
     result.findings += vibration_finding(*readings, result.quiet)
+    if result.inertial.axes is not None:
+        result.findings += _axes_and_gravity(readings[2], result.inertial.axes)
     return result
+
+
+_ALONG = 0.9
+"""Least share of gravity along an axis that is then vertical: 25° of tilt, more than the mean of any vehicle's."""
+
+
+def _axes_and_gravity(force: Array, axes: tuple[str, str, str]) -> Iterable[Finding]:
+    """Yield the doubt on stated axes of which a horizontal one is vertical by the mean specific force."""
+    mean = force.mean(axis=0)
+    k = int(np.argmax(np.abs(mean)))
+    if abs(mean[k]) > _ALONG * max(_UNKNOWN_GRAVITY, float(np.linalg.norm(mean))) and axes[k] not in ("up", "down"):
+        turned = "The unit is mounted otherwise, and the course is not its heading."
+        text = (
+            f"The {'xyz'[k]} axis, which the format says points {axes[k]}, points {'up' if mean[k] > 0.0 else 'down'}: "
+            f"the mean specific force along it is {mean[k]:.3g} m/s². {turned}"
+        )
+        yield doubt("mounting", text, "Give log.imu.axes.", gravity_along=axes[k])
 
 
 def _of_file(streams: Streams) -> Iterable[Finding]:

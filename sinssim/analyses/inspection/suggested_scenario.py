@@ -54,9 +54,10 @@ def suggested_scenario(
     ]
     lines += _file_keys(keys)
     axes = inspection.mounting.axes if inspection.mounting else None
-    stated = inspection.inertial.axes if inspection.inertial else None
-    if axes is not None and stated is None:
+    if axes is not None and inspection.stated_axes is None:
         lines.append(f"axes = {list(axes)!r}  # from the direction of motion and gravity".replace("'", '"'))
+    elif axes is None and _contradicted(inspection):
+        lines.append('axes = ["forward", "right", "down"]  # which are they? Gravity contradicts those of the format')
     if inspection.drift:
         lines.append(f"clock_drift_ppm = {1e6 * inspection.drift:.1f}  # match with the fixes, over the whole log")
     receiver = fixes[2] if fixes else reference[2] if reference else None
@@ -168,6 +169,11 @@ def _sideways(inspection: Inspection) -> bool:
     return bool(off > 3.0 * np.hypot(matched[1], WORST))
 
 
+def _contradicted(inspection: Inspection) -> bool:
+    """Return whether gravity contradicts the axes of the format."""
+    return inspection.inertial is not None and inspection.inertial.axes != inspection.stated_axes
+
+
 def _start(inspection: Inspection) -> list[str]:
     """Return the table [log.start] of a log with fixes: the attitude where the course does not give the heading.
 
@@ -176,9 +182,9 @@ def _start(inspection: Inspection) -> list[str]:
     """
     unit = inspection.inertial
     assert unit is not None
-    lines, named = ["", "[log.start]"], unit.axes is not None or inspection.mounting is not None
+    lines, named = ["", "[log.start]"], inspection.stated_axes is not None or inspection.mounting is not None
     matched = None
-    sideways = unit.axes is None and _sideways(inspection)
+    sideways = inspection.stated_axes is None and _sideways(inspection)
     if inspection.attitude is not None and (sideways or not named):
         matched = inspection.attitude(float(unit.time[0]) + starts(inspection))
     if matched is not None:
@@ -381,8 +387,11 @@ def _filter(inspection: Inspection, land: bool) -> Iterator[str]:
     if _shaken(inspection):
         yield "vibration_noise = 0.4  # the inertial data vibrate more in motion than at rest"
     yield "smooth = true"
-    if _course_known(inspection) is False:
-        yield from ("", "[filter.initial_sigma]", "heading_arcmin = 5400.0  # 90°: the fixes show no course")
+    why = "the fixes show no course" if _course_known(inspection) is False else ""
+    if _contradicted(inspection) and inspection.mounting is None and inspection.attitude is None:
+        why = "gravity contradicts the axes of the format"
+    if why:
+        yield from ("", "[filter.initial_sigma]", f"heading_arcmin = 5400.0  # 90°: {why}")
     if inspection.mounting is None:
         if land:
             yield "# --vehicle land has no effect: the constraint of wheels needs the mounting, which is not known"

@@ -198,6 +198,30 @@ def test_channels_that_saturate_freeze_or_die() -> None:
     assert "y channel of the gyros never changes" in _said(_inspect(replace(unit, gyro=gyro), None), "gyros", "wrong")
 
 
+def test_axes_of_a_format_that_gravity_contradicts() -> None:
+    """A unit whose x, y, z point right, up and backward, in a file whose format says forward, left and up."""
+    unit = worlds.readings()
+    gyro, accel = (np.column_stack([of[:, 1], -of[:, 2], -of[:, 0]]) for of in (unit.gyro, unit.accel))
+    turned = replace(unit, gyro=gyro, accel=accel, axes=("forward", "left", "up"))
+    result = _inspect(turned, worlds.fixes())
+    said = _said(result, "mounting", "doubt")
+    assert "The y axis, which the format says points left, points up: the mean specific force along it is 9.7" in said
+    files = (Path("imu.csv"), {}, GPS), (Path("gnss.pos"), {}, GPS)
+    assert tomllib.loads(suggested_scenario(result, *files, Path()))["log"]["imu"]["axes"] == [
+        "right",
+        "up",
+        "backward",
+    ]
+    alone = replace(result, mounting=None, attitude=None)  # as in a log that hardly moves
+    told = tomllib.loads(suggested_scenario(alone, *files, Path()))
+    assert told["log"]["imu"]["axes"] == ["forward", "right", "down"]
+    assert told["filter"]["initial_sigma"]["heading_arcmin"] == 5400.0
+    right = replace(unit, axes=("forward", "right", "down"))
+    result = _inspect(right, worlds.fixes())
+    assert result.stated_axes == ("forward", "right", "down")
+    assert "axes" not in tomllib.loads(suggested_scenario(result, *files, Path()))["log"]["imu"]
+
+
 def test_a_fix_that_steps_and_swapped_coordinates() -> None:
     seen = worlds.fixes(sigma=0.005)
     latitude = seen.latitude.copy()
