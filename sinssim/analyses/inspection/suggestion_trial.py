@@ -2,24 +2,29 @@
 
 Where the inertial data agree badly with the fixes, or their noise is larger than assumed, the filter trusts its own
 prediction and refuses the fixes that contradict it. A larger noise lets it follow them. The trial takes the least of a
-few noises with which the error at the end of the outages is at most that of the fixes alone, a straight line.
+few noises with which the error at the end of the outages is at most that of the fixes alone, a straight line. Where the
+innovations are much smaller than their 1σ, the fixes are better than described, and the filter trusts them too little.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sinssim.analyses.inspection.log_corrections import since
 from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact
 from sinssim.analyses.inspection.stream_inspection import Inspection
+from sinssim.analyses.inspection.velocity_match import seen
 from sinssim.errors import SinssimError
 from sinssim.formatting import number_text
 from sinssim.progress import Progress, silent
 
 if TYPE_CHECKING:
+    from sinssim.estimation.filter_result import Innovations
     from sinssim.logs.recorded_log import RecordedLog
     from sinssim.scenario import Scenario
 
@@ -35,6 +40,10 @@ _FACTORS = (3.0, 10.0, 30.0, 100.0)
 """Larger noises of the inertial data that are tried, as `filter.inertial_noise_factor`."""
 _CLEARLY = 1.5
 """Factor by which other settings reduce the error relative to the fixes alone before they are taken."""
+_TOO_SMALL = 0.5
+"""Size of the innovations in units of their 1σ below which smaller 1σ of the fixes are tried."""
+_MORE_MOTION = 2.0
+"""Factor by which the way of another part of the log is longer before it is tried instead of the beginning."""
 _LEAST_OFFSET = 0.05
 """Offset of the clocks from which it is tried although the motion does not prove it, s."""
 Setting = tuple[str, str, float]
@@ -51,6 +60,9 @@ class Outcome:
         alone: error of the straight line through the last fixes before.
         outages: number of outages.
         refused: share of the positions that the gate refuses.
+        before: horizontal distance of the filter from the last fix before.
+        innovations: robust size of the horizontal innovations of positions and of velocities in units of their 1σ;
+            infinite without any.
     """
 
     error: float
@@ -58,6 +70,8 @@ class Outcome:
     alone: float
     outages: int
     refused: float
+    before: float
+    innovations: tuple[float, float]
 
     @property
     def good(self) -> bool:
@@ -111,6 +125,11 @@ class Trial:
         if best.good:
             return fact("trial", text, **numbers)
         fix = f"The filter states a 1σ of {number_text(best.sigma)} m there. Without fixes, a straight line is better."
+        if best.before > max(best.alone, 0.5 * best.error):
+            text += (
+                f" The filter is {number_text(best.before)} m from the last fix already: the errors of the fixes last, "
+                "and their 1σ is larger than what changes from fix to fix."
+            )
         return doubt("trial", text, fix, **numbers)
 
     def written(self, text: str) -> str:
@@ -145,6 +164,8 @@ def try_suggestion(
     if abs(inspection.unproven_late) > _LEAST_OFFSET:
         offset: Setting = ("log.imu", "time_offset_s", round(-inspection.unproven_late, 2))
         best = trial.better(best, (offset,))
+    if settings := trial.better_fixes(best.chosen):
+        best = trial.better(best, (*best.settings, *settings))
     outset = best
     for factor in _FACTORS if outset.chosen.overconfident else ():
         best = trial.better(best, (*outset.settings, ("filter", "inertial_noise_factor", factor)))
@@ -176,6 +197,15 @@ class _Attempts:
         outcome, self.log = _outcome(_short(scenario, self.inspection), self.log)
         return outcome
 
+    def better_fixes(self, outcome: Outcome) -> tuple[Setting, ...]:
+        """Return the factors of the 1σ of fixes that the innovations show to be too large."""
+        keys = ("sigma_factor", "velocity_sigma_factor")
+        return tuple(
+            ("log.gnss", key, float(f"{size:.2g}"))
+            for key, size in zip(keys, outcome.innovations, strict=True)
+            if 0.0 < size < _TOO_SMALL and f"\n{key} = " not in self.text
+        )
+
     def better(self, best: Trial, settings: tuple[Setting, ...]) -> Trial:
         """Return a trial with the settings if they are clearly better or good, the best one so far otherwise."""
         try:
@@ -196,10 +226,34 @@ def _short(scenario: Scenario, inspection: Inspection) -> Scenario:
     assert settings is not None
     assert inspection.inertial is not None
     update: dict[str, object] = {"outages": None}
-    if (section.from_s or 0.0) + _LONGEST_S < (section.to_s or float(np.ptp(inspection.inertial.time))):
-        update["to_s"] = (section.from_s or 0.0) + _LONGEST_S
+    begin, end = section.from_s or 0.0, section.to_s or float(np.ptp(inspection.inertial.time))
+    if begin + _LONGEST_S < end:
+        if not section.start.is_given and scenario.aiding is None:  # both hold for one beginning
+            begin = _moving(inspection, begin, end)
+        update |= {"from_s": begin, "to_s": begin + _LONGEST_S} if begin else {"to_s": _LONGEST_S}
     forwards = settings.model_copy(update={"smooth": False, "backward": False, "diagnose": False})
     return scenario.model_copy(update={"log": section.model_copy(update=update), "filter": forwards})
+
+
+def _moving(inspection: Inspection, begin: float, end: float) -> float:
+    """Return where the part that is tried begins, s: a vehicle that stands for a long time shows nothing at first."""
+    fixes = inspection.fixes
+    curve = None if fixes is None else seen(fixes)
+    if curve is None:
+        return begin
+    time = np.array([since(inspection, t) for t in curve.time])
+    way = np.append(0.0, np.cumsum(np.diff(time) * curve.speed[1:]))
+    begins = np.append(begin, time[(time > begin) & (time < end - _LONGEST_S)])
+    ways = np.interp(begins + _LONGEST_S, time, way) - np.interp(begins, time, way)
+    longest = int(np.argmax(ways))
+    return round(float(begins[longest]), 3) if ways[longest] > _MORE_MOTION * ways[0] else begin
+
+
+def _robust_size(innovations: Sequence[Innovations], kind: str) -> float:
+    """Return the size of the horizontal innovations of a kind in units of their 1σ; infinite without any."""
+    parts = [i.value[:, :2] / i.sigma_at(slice(None))[:, :2] for i in innovations if i.kind == kind]
+    # the median of |x| is 0.6745 σ
+    return float(np.nanmedian(np.abs(np.concatenate(parts)))) / 0.6745 if parts else float("inf")
 
 
 def _outcome(scenario: Scenario, log: RecordedLog | None) -> tuple[Outcome | None, RecordedLog]:
@@ -216,23 +270,27 @@ def _outcome(scenario: Scenario, log: RecordedLog | None) -> tuple[Outcome | Non
         return None, log
     sensed = sense_recorded(prepared.scenario, RecordedMotion(prepared, log.reference))
     start, end = float(log.imu.time[0]), float(log.imu.time[-1])
-    rows, refused, count = [], 0, 0
+    rows: list[tuple[float, ...]] = []
+    innovations: list[Innovations] = []
     for number in range(_PASSES):
         regular = Outages(length_s=OUTAGE_S, every_s=EVERY_S, first_s=start + EVERY_S + number * OUTAGE_S)
         spans = regular.spans(start, end)
         estimate = outage_pass(sensed, prepared, spans)
-        for row in outage_errors(estimate, reference.error_of(estimate.solution), None, spans):
+        error = reference.error_of(estimate.solution)
+        known = np.isfinite(error.horizontal)
+        for row in outage_errors(estimate, error, None, spans):
             alone = straight_line_error(log.fixes, row["from_s"], row["at_s"])
-            rows.append((row["horizontal_error_m"], row["horizontal_sigma_m"], alone))
+            before = error.horizontal[known & (error.time <= row["from_s"])][-1:]
+            rows.append((row["horizontal_error_m"], row["horizontal_sigma_m"], alone, *before))
         beyond = [span for span in spans if span[1] > estimate.time[-1]]  # after a divergence
-        rows += [(np.inf, np.inf, straight_line_error(log.fixes, *span)) for span in beyond]
-        for innovations in estimate.innovations:
-            if innovations.kind == "gnss-position":
-                refused, count = refused + int(np.sum(~innovations.accepted)), count + len(innovations.accepted)
+        rows += [(np.inf, np.inf, straight_line_error(log.fixes, *span), np.inf) for span in beyond]
+        innovations += estimate.innovations
         if len(rows) >= _ENOUGH:
             break
-    known = np.array([row for row in rows if np.isfinite(row[2])])
-    if not len(known):
+    judged = np.array([row for row in rows if len(row) == 4 and np.isfinite(row[2])])
+    if not len(judged):
         return None, log
-    error, sigma, alone = (float(median) for median in np.median(known, axis=0))
-    return Outcome(error, sigma, alone, len(known), refused / max(count, 1)), log
+    error_m, sigma, alone, before_m = (float(median) for median in np.median(judged, axis=0))
+    accepted = np.concatenate([i.accepted for i in innovations if i.kind == "gnss-position"] or [np.ones(1, bool)])
+    sizes = _robust_size(innovations, "gnss-position"), _robust_size(innovations, "gnss-velocity")
+    return Outcome(error_m, sigma, alone, len(judged), float(np.mean(~accepted)), before_m, sizes), log

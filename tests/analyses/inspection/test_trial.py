@@ -5,13 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from sinssim.analyses.inspection import suggestion_trial
 from sinssim.analyses.inspection.inspected_files import Inspected, _after_trial, inspect
-from sinssim.analyses.inspection.suggestion_trial import Outcome, Trial, try_suggestion
+from sinssim.analyses.inspection.stream_inspection import Inspection
+from sinssim.analyses.inspection.suggestion_trial import Outcome, Trial, _moving, _robust_size, try_suggestion
 from sinssim.errors import SinssimError
+from sinssim.estimation.filter_result import Innovations
 from sinssim.progress import silent
+from tests.analyses.inspection import worlds
 
 DRIVE = Path(__file__).parent.parent.parent / "data" / "drive"
 
@@ -76,6 +80,41 @@ def test_a_filter_that_refuses_the_fixes_gets_the_least_noise_with_which_it_foll
     assert (table, key) == ("filter", "inertial_noise_factor")
 
 
+def test_fixes_that_are_better_than_described_get_smaller_sigmas(drive: Inspected) -> None:
+    """RTK fixes of centimetres with the 1σ of code positions; with it the filter hardly uses them."""
+    assert drive.scenario is not None
+    stated = "position_sigma_m = [5.0, 5.0, 9.0]\nvelocity_sigma_mps = [5.0, 5.0, 5.0]\n"
+    trial = tried(drive, drive.scenario.replace("[log.gnss]\n", f"[log.gnss]\n{stated}"))
+    assert [key for _, key, _ in trial.settings] == ["sigma_factor", "velocity_sigma_factor"]
+    assert all(0.0 < value < 0.1 for _, _, value in trial.settings)
+    assert trial.chosen.error < 0.5 * trial.plain.error
+
+
+def test_the_size_of_innovations_in_units_of_their_sigma() -> None:
+    """Two axes with 1σ of 2 and 3 and a tenth of that noise; a third one without information, and a wild value."""
+    rng = np.random.default_rng(4)
+    value = rng.normal(0.0, (0.2, 0.3, 50.0), (4000, 3))
+    value[7] = 1e6
+    lower = np.tile((4.0, 1.0, 9.0, 0.0, 0.0, 1.0), (4000, 1))
+    some = np.arange(4000.0)
+    one = Innovations("gnss", "gnss-position", some, value, lower, some, some > 0.0, ("",) * 4000, 20.0)
+    # the median of 8000 values of |x| has a 1σ of 0.0013
+    assert _robust_size([one], "gnss-position") == pytest.approx(0.1, abs=0.006)
+    assert _robust_size([one], "gnss-velocity") == np.inf
+
+
+def test_a_part_with_motion_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The vehicle stands for 30 s, and reaches 10 m/s within 10 s; a longer part has nearly the same way at first."""
+    inspection = Inspection(inertial=worlds.readings(20.0), fixes=worlds.fixes(), offset=0.0)
+    monkeypatch.setattr(suggestion_trial, "_LONGEST_S", 40.0)
+    begin = _moving(inspection, 0.0, worlds.DURATION)
+    way = np.linalg.norm(worlds.drive().state(np.arange(begin, begin + 40.0)).velocity_ned, axis=1).sum()
+    assert way > 400.0
+    monkeypatch.setattr(suggestion_trial, "_LONGEST_S", 100.0)
+    assert _moving(inspection, 0.0, worlds.DURATION) == 0.0
+    assert _moving(replace(inspection, fixes=None), 5.0, worlds.DURATION) == 5.0
+
+
 def test_a_log_that_is_too_short_for_an_outage_says_so(drive: Inspected, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(suggestion_trial, "try_suggestion", lambda *_: None)
     whole = replace(drive.inspection, findings=[])
@@ -95,8 +134,9 @@ def test_a_scenario_that_does_not_run_is_told(drive: Inspected) -> None:
 
 def test_the_result_in_words() -> None:
     """Settings stand in their tables with their reason; a good result replaces the doubts before the name."""
-    plain = Outcome(error=37.5, sigma=20.0, alone=14.25, outages=27, refused=0.463)
-    good = Outcome(error=7.5, sigma=7.0, alone=14.25, outages=27, refused=0.0)
+    one = (1.0, 1.0)
+    plain = Outcome(error=37.5, sigma=20.0, alone=14.25, outages=27, refused=0.463, before=4.0, innovations=one)
+    good = Outcome(error=7.5, sigma=7.0, alone=14.25, outages=27, refused=0.0, before=4.0, innovations=one)
     text = '# Doubtful.\nname = "x"\n\n[filter]\nsmooth = true\n'
     trial = Trial(plain, good, (("filter", "inertial_noise_factor", 3.0),))
     assert trial.written(text) == (
@@ -109,5 +149,10 @@ def test_the_result_in_words() -> None:
     assert poor.finding.grade == "doubt"
     assert poor.finding.fix == ("The filter states a 1σ of 20.0 m there. Without fixes, a straight line is better.")
     assert poor.written(text) == f"# {poor.finding.sentence}\n{text}"
+    apart = replace(plain, before=20.0)
+    assert Trial(apart, apart).finding.text == (
+        f"{poor.finding.text} The filter is 20.0 m from the last fix already: the errors of the fixes last, and their "
+        "1σ is larger than what changes from fix to fix."
+    )
     assert [plain.overconfident, good.overconfident] == [True, False]
     assert plain.badness == pytest.approx(375.0 / 14.25)
