@@ -6,6 +6,7 @@ import base64
 import gc
 import os
 import shlex
+import signal
 import sys
 from collections.abc import Generator
 from pathlib import Path
@@ -26,6 +27,12 @@ def _written(_: Any, file: Any, *, format: str = "", **options: Any) -> None:
         Path(file).write_text(data, encoding="utf-8")
     else:
         Path(file).write_bytes(data)
+
+
+def pytest_configure() -> None:
+    """Let Ctrl-C end the programs that tests start: a job in the background of a shell hands on that it is ignored."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.hookimpl(wrapper=True)

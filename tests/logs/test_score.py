@@ -25,6 +25,7 @@ from sinssim.logs.stored_run import RecordedRun
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.true_motion import fly
 from tests.logs.short_run import CONTENTS, short_run
+from tests.recording.shown import still
 
 START = parse_date(DEFAULT_START, "start")
 
@@ -244,7 +245,7 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for name in ("mine", "kf"):
         drawn = re.findall(rf'stroke="(#\w+)" stroke-width[^<]*/><text[^>]*>{name}</text>', page)
         assert set(drawn) == {swatches[name]}, name
-    assert "nan" not in page.lower().replace("navigation", "")
+    assert "nan" not in still(page).lower().replace("navigation", "")
     assert all(p.read_bytes() == raw for p, raw in before.items()), "the run stays as it was"
     marked = json.loads((run / ".sinssim.json").read_text())["files"]
     assert {

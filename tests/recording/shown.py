@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
@@ -50,3 +51,8 @@ def titles(exhibits: Exhibits, medium: Medium = "page") -> list[str]:
 def tables(exhibits: Exhibits, medium: Medium) -> list[Table]:
     """Return the tables that a medium shows."""
     return [item for item in items_of(exhibits.items, medium) if isinstance(item, Table)]
+
+
+def still(page: str) -> str:
+    """Return a page without what its script reads and draws."""
+    return re.sub(r' data-chart="[^"]*"|<script>.*?</script>', "", page, flags=re.DOTALL)

@@ -90,7 +90,7 @@
       stroke: curve.band ? (curve.band.share ? () => css(curve.color) : "transparent") : () => css(curve.color),
       dash: curve.dash && curve.dash.length ? curve.dash : undefined,
       paths: curve.dots && !curve.width ? () => null : curve.turns ? piecewise : undefined,
-      class: curve.lower || curve.band && !curve.name ? "hidden" : undefined,
+      class: curve.lower || !curve.name && all.length > 1 ? "hidden" : undefined,
       points: {show: Boolean(curve.dots), size: curve.dots || 0, fill: () => css(curve.color)},
       value: (u, v, number) => {
         if (!curve.band) return reading(curve.width ? between(u, number, cursor(u)) : v, chart.y.unit);

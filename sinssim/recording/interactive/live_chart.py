@@ -26,6 +26,8 @@ from sinssim.units import TIME_SCALE
 _TIES = {style.INK: "--ink", style.SOFT: "--soft", style.FAINT: "--line", style.GRID: "--hair"}
 """Colours that are others on a dark page, and their names in its style."""
 
+_MOST = float(np.finfo(np.float32).max)
+
 Ends = tuple[float, float]
 
 
@@ -171,8 +173,9 @@ def _thinned(mark: Line, columns: int, *, log: bool) -> tuple[Array, Array]:
 
 
 def _coded(values: Array) -> str:
-    """Return numbers as the script reads them: 4-byte floats, base 64."""
-    return base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode()
+    """Return numbers as the script reads them: 4-byte floats, base 64; a gap where one is beyond their range."""
+    small = np.where(np.abs(values) <= _MOST, values, np.nan)
+    return base64.b64encode(small.astype("<f4").tobytes()).decode()
 
 
 def with_scripts(body: Sequence[str]) -> list[str]:

@@ -11,7 +11,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from sinssim.charts import Band, Chart, Charts, Cloud, Dots, Limit, Line, Rule, Shares
+from sinssim.charts import Band, Chart, Charts, Cloud, Color, Dots, Limit, Line, Rule, Shares
 from sinssim.exhibits import Beside, Exhibits, Item, Picture, Points, Section, Sentence, Table, Verbatim
 from sinssim.formatting import capital
 from sinssim.recording import style
@@ -143,9 +143,9 @@ def _lines_of(chart: Chart) -> Iterator[tuple[Line, style.Rgb, float]]:
         match mark:
             case Line():
                 width = next(apart, _WIDTHS[mark.weight]) if mark.counts else _WIDTHS[mark.weight]
-                yield mark, style.rgb_of(color), width
+                yield replace(mark, label=mark.label or _name_of_color(chart, mark.color)), style.rgb_of(color), width
             case Band():
-                name = mark.label or _line_of(chart, mark)
+                name = mark.label or _name_of_color(chart, mark.color)
                 for end, values in (("low", mark.low), ("high", mark.high)):
                     line = Line(label=f"{name}, {end}", x=mark.x, y=values)
                     yield line, style.tint(style.rgb_of(color)), _WIDTHS["hair"]
@@ -158,7 +158,8 @@ def _lines_of(chart: Chart) -> Iterator[tuple[Line, style.Rgb, float]]:
                 if None in ends and times:
                     ends = [min(float(t.min()) for t in times), max(float(t.max()) for t in times)]
                 if None not in ends:
-                    level = Line(label=mark.label or mark.text, x=np.array(ends), y=np.full(2, mark.at))
+                    name = mark.label or mark.text or _name_of_color(chart, mark.color)
+                    level = Line(label=name, x=np.array(ends), y=np.full(2, mark.at))
                     yield level, style.rgb_of(color), _WIDTHS[mark.weight]
             case _:
                 pass
@@ -208,9 +209,10 @@ def record_cloud(recording: Recording, entity: str, cloud: Cloud, start: float) 
     recording.static(f"{entity}/words", words)
 
 
-def _line_of(chart: Chart, band: Band) -> str:
-    """Return the label of the line with the colour of a band."""
-    return next((mark.label for mark in chart.marks if isinstance(mark, Line) and mark.color == band.color), "")
+def _name_of_color(chart: Chart, color: Color) -> str:
+    """Return the label of the line in a colour, which is also that of its band and of its line below zero."""
+    lines = (mark for mark in chart.marks if isinstance(mark, Line | Rule))
+    return next((mark.label for mark in lines if mark.label and color and mark.color == color), "")
 
 
 def _limits(recording: Recording, entity: str, chart: Chart, start: float) -> None:

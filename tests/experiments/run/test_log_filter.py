@@ -54,7 +54,7 @@ def test_bands_of_every_error(drawn: Any) -> None:
              np.array([1.5, 5.0, 80.0])),
         ):  # fmt: skip
             values = np.column_stack((3.0 * own * sigma, -3.0 * own * sigma, size * error))
-            drawn.shows(f"filter/{name}{end}", [f"±3σ, {kind}", "", kind], time, values, paint)
+            drawn.shows(f"filter/{name}{end}", [f"±3σ, {kind}", f"±3σ, {kind}", kind], time, values, paint)
         # 3 · 10 of the aided solution after 5 % of the run, with a twentieth of room
         np.testing.assert_allclose(drawn.ranges[f"filter/{name}"], np.multiply((-31.5, 31.5), own))
 
@@ -66,7 +66,7 @@ def test_parameters_over_their_sigma(drawn: Any) -> None:
     drawn.shows("filter/gyro/1", names, TIME, np.column_stack([ratio] * 3), [X, Y, Z])
     drawn.shows("filter/accelerometer/1", ["accelerometer bias right"], TIME, ratio[:, None], [Y])
     for sensor in ("gyro", "accelerometer"):
-        drawn.shows(f"filter/{sensor}/0", ["±3σ", ""], [20.0, 420.0], [[3.0, -3.0]] * 2, [BOUND] * 2)
+        drawn.shows(f"filter/{sensor}/0", ["±3σ", "±3σ"], [20.0, 420.0], [[3.0, -3.0]] * 2, [BOUND] * 2)
 
 
 def test_unknown_parameters_over_the_sigma_at_the_start() -> None:
@@ -105,7 +105,7 @@ def test_innovations_and_decisions(drawn: Any) -> None:
         np.testing.assert_array_equal(found[0], time)
         np.testing.assert_allclose(found[1], values, err_msg=entity)
         assert found[2:] == (names, paint, "circle", size)
-    drawn.shows("filter/innovations/gnss", ["±3σ", ""], [20.0, 420.0], [[3.0, -3.0]] * 2)
+    drawn.shows("filter/innovations/gnss", ["±3σ", "±3σ"], [20.0, 420.0], [[3.0, -3.0]] * 2)
     limits = drawn.lines["filter/squares"]  # published points of χ² with 60 degrees of freedom
     np.testing.assert_allclose(limits[1], [[83.298 / 60.0, 40.482 / 60.0]] * 2, rtol=1e-5)
     assert (limits[0].tolist(), limits[2]) == ([20.0, 420.0], ["95 % band"] * 2)

@@ -72,6 +72,8 @@ def test_gaps_and_full_turns_stay_open() -> None:
     values = np.array([1.0, 2.0, np.nan, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0])
     _, y = points(*data_of(chart(Line(label="a", x=time, y=values))))
     np.testing.assert_array_equal(y, values)
+    _, y = points(*data_of(chart(Line(label="diverged", x=time[:3], y=np.array([1.0, 1e200, 2.0])))))
+    np.testing.assert_array_equal(y, [1.0, np.nan, 2.0])
     angle = np.array([300.0, 350.0, 40.0, 90.0])
     line = Line(label="a", x=time[:4], y=np.radians(angle), turn=2.0 * np.pi)
     (data,) = data_of(chart(line, y=Axis(label="angle", units=fixed("deg", DEG), low=0.0, high=2.0 * np.pi)))
@@ -122,6 +124,9 @@ def test_only_a_page_with_curves_has_scripts_and_words_cannot_end_them() -> None
     text = page_of(Exhibits("t", (group(chart(Line(label=name, x=time, y=time), title=name)),)))
     assert text.count("<script>") == text.count("</script>") == 1
     assert "<img" not in text
+    script = text[text.index("<script>") :]
+    assert not re.search(r"fetch\(|XMLHttpRequest|WebSocket|import\(|\beval\b|new Image|\.src\b|innerHTML", script)
+    assert re.findall(r"https?://[^\"' ]+", script) == ["https://github.com/leeoniya/uPlot"]
 
 
 @pytest.mark.slow

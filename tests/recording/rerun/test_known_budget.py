@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from sinssim.analyses.error_budget.budget_exhibits import exhibits_of
+from sinssim.charts import Axis, Chart, Line, Rule
 from sinssim.recording.rerun.exhibit_recording import markdown, record_chart
 from tests.recording.made_budget import HALF, MOST, OTHERS, TIME, answer, budget
 from tests.recording.spies import Drawn
@@ -83,3 +85,11 @@ def test_the_tables_in_words() -> None:
         "| accel_bias | 450 | µg | 36.00 % | 367.2 |",
     ]
     assert "## What to improve first, where R95 is largest, at 1800 s" in lines
+
+
+def test_a_line_without_a_label_has_that_of_its_colour() -> None:
+    drawn: Any = Drawn()
+    sigma = Line(label="±3σ", x=TIME, y=TIME, color="bound")
+    chart = Chart(key="k", y=Axis(), marks=(sigma, replace(sigma, label="", y=-TIME), Rule(at=1.0, color="bound")))
+    record_chart(drawn, "k", chart, 0.0)
+    assert [name for _, _, names, *_ in drawn.lines.values() for name in names] == ["±3σ", "±3σ", "±3σ"]

@@ -41,7 +41,7 @@ def test_errors_and_sigmas_of_scored_solutions(monkeypatch: pytest.MonkeyPatch) 
     for k, key in enumerate(KEYS):
         bound = 3.0 * sigma[:, k] * size[k]
         both = np.stack((bound, -bound, values[:, k], values[:, k]), 1)
-        found.shows(f"score/{key}", ["run, ±3σ", "", "mine", "run"], TIME, both, [pale, pale, *colors])
+        found.shows(f"score/{key}", ["run, ±3σ", "run, ±3σ", "mine", "run"], TIME, both, [pale, pale, *colors])
     horizontal = np.array([[5.0], [10.0], [13.0]]) * [1.0, 1.0]
     found.shows("score/horizontal", ["mine", "run"], TIME, horizontal, colors)
     assert found.lines["score/height"][4][2] < found.lines["score/height"][4][3]
