@@ -89,7 +89,7 @@ MADE: dict[str, tuple[Callable[..., Any], str, tuple[str, ...]]] = {
     ),
     "align": (
         lambda folder, directory, **options: sinssim.align(
-            "parked", directory, overrides=["parked.duration_s=60"], **options
+            "parked", directory, overrides=["parked.duration_s=60", "imu.rate_hz=10"], **options
         ),
         "alignment.json",
         ("imu_measured",),

@@ -63,7 +63,7 @@ def step(size, axis, at):
     ["ideal", "laser-navigation", "laser-standard", "tactical", "mems-tactical", "mems-industrial", "consumer"],
 )
 def test_noise_alone_is_not_taken_for_motion(grade):
-    for seed in range(20):
+    for seed in range(8):
         section = Imu(grade=grade)
         found = stillness(emulate(session(), section, seed), expected_errors(section))
         assert not found.moved, (seed, found.worst)
@@ -71,7 +71,7 @@ def test_noise_alone_is_not_taken_for_motion(grade):
 
 def test_pulses_are_not_taken_for_motion():
     section = Imu(grade="laser-standard", gyro_quantum_arcsec=1.0, accel_quantum_mm_s=1.0)
-    for seed in range(20):
+    for seed in range(8):
         assert not stillness(emulate(session(), section, seed), expected_errors(section)).moved
         assert not stillness(emulate(session(), section, seed)).moved
 
@@ -111,7 +111,7 @@ def test_a_drift_that_is_known_of_is_not_taken_for_motion(name: str) -> None:
     )
     expected = expected_errors(section)
     alone = []
-    for seed in range(20):
+    for seed in range(8):
         imu = emulate(session(), section, seed)
         alone.append(stillness(imu).moved)
         assert not stillness(imu, expected).moved

@@ -118,7 +118,7 @@ def test_non_linearity_is_a_bias_of_what_each_axis_reads():
     assert heading < 0.2 * ARCSEC  # of a gyro ten times as bad as any: negligible at rest
 
 
-@pytest.mark.parametrize("runs", [375, *slow(1500)])
+@pytest.mark.parametrize("runs", [100, *slow(1500)])
 def test_emulated_non_linearity_has_the_predicted_spread_and_mean(runs):
     """Through the emulator with K₂ and K₃ of both triads drawn, then fixed; the gyros' absurdly large, to be seen."""
     roll, pitch, heading = 0.4, -0.6, 1.2
@@ -173,7 +173,7 @@ DRIFTS: list[tuple[str, dict[str, float]]] = [
 ]
 
 
-@pytest.mark.parametrize("runs", [200, *slow(800)])
+@pytest.mark.parametrize("runs", [80, *slow(800)])
 @pytest.mark.parametrize(("source", "errors"), DRIFTS, ids=lambda value: str(value)[:40])
 def test_emulated_drifts_have_the_predicted_spread(source: str, errors: dict[str, float], runs: int) -> None:
     """A session of 100 s that begins 80 s after the sensors were switched on, through the emulator, each term alone."""
@@ -304,7 +304,7 @@ def test_bias_takes_over_where_the_parts_are_equal():
     )
 
 
-@pytest.mark.parametrize("runs", [375, *slow(1500)])
+@pytest.mark.parametrize("runs", [100, *slow(1500)])
 def test_emulated_sessions_of_a_parked_truth_have_the_predicted_spread(runs):
     """Truth, sensors, session, determination against the theory, all sources of the grade together."""
     roll, pitch, heading = 0.05, -0.1, 1.2

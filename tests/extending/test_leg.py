@@ -21,11 +21,22 @@ print(np.median(log.channels["load_factor"].values))
 """
 
 
-def test_page(tmp_path: Path) -> None:
-    page = read_page("leg")
-    copy = Copy(tmp_path)
-    copy.apply(page)
+@pytest.fixture
+def copy(tmp_path: Path) -> Copy:
+    made = Copy(tmp_path)
+    made.apply(read_page("leg"))
+    return made
+
+
+def test_page(copy: Copy) -> None:
     assert copy.touched == ["sinssim/truth/flight/legs/__init__.py", "sinssim/truth/flight/legs/figure_eight.py"]
+    said = copy.command("check", "scenarios/figure_eight.toml")
+    assert re.search(r"leg 1 +figure_eight +about 1 min 18 s +first = left, bank_deg = 40", said)
+
+
+@pytest.mark.slow
+def test_the_leg_is_flown(copy: Copy) -> None:
+    page = read_page("leg")
     lines = copy.run(page.snippets[0] + MEASURE).splitlines()
     estimated, flown = map(float, re.findall(r"[\d.]+(?= s)", lines[0]))
     # two circles of 2πV/(g tan bank) at 95 kt calibrated, 5 % more of true airspeed at 1000 m
@@ -41,5 +52,3 @@ def test_page(tmp_path: Path) -> None:
     assert float(right) == pytest.approx(2.0 * radius, rel=0.2)
     assert left_first == "True"
     assert float(lines[3]) == pytest.approx(1.0 / math.cos(math.radians(40.0)), rel=0.03)  # of a level turn
-    said = copy.command("check", "scenarios/figure_eight.toml")
-    assert re.search(r"leg 1 +figure_eight +about 1 min 18 s +first = left, bank_deg = 40", said)

@@ -182,7 +182,7 @@ def test_filter_is_consistent(sensor_set: dict[str, Any], imu: dict[str, Any], c
 
 @pytest.mark.parametrize("by", ["filter", "navigation"])
 def test_alignment_at_rest(by: str) -> None:
-    """Ten minutes: the error of the heading is that of the combined gyros, σ/(U cos φ), for each of 12 runs."""
+    """Ten minutes: the error of the heading is that of the combined gyros, σ/(U cos φ), for each of 6 runs."""
     parked = {
         "latitude_deg": 50.0,
         "longitude_deg": 14.5,
@@ -199,7 +199,7 @@ def test_alignment_at_rest(by: str) -> None:
     )
     plan = Scenario.model_validate({"name": "aligned", "parked": parked, "imu": imu, **align})
     errors = []
-    for i in range(12):
+    for i in range(6):
         run = sinssim.run(plan.model_copy(update={"seed": run_seed(5, i)}))
         if by == "filter":
             assert run.aided is not None
@@ -207,5 +207,5 @@ def test_alignment_at_rest(by: str) -> None:
         else:
             errors.append(run.errors["quaternion"].attitude[0, 2])
     sigma = expected_errors(plan.imu).sigma.gyro.bias[0] / (7.292115e-5 * np.cos(np.radians(50.0)))
-    band = mean_square_band(12, 0.999)
+    band = mean_square_band(6, 0.999)
     assert band.low < np.mean(np.square(errors)) / sigma**2 < band.high

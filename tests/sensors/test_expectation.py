@@ -24,6 +24,7 @@ from sinssim.truth.motions.analytic import OnEarth
 from sinssim.truth.motions.parked_and_great_circle import Parked
 from sinssim.truth.motions.turntable import Dwell, RotationTable, Turn
 from sinssim.truth.trajectory import Trajectory
+from tests.slow import slow
 
 HOUR = 3600.0
 PHYSICS = {
@@ -188,10 +189,11 @@ NOISES: list[tuple[dict[str, Any], tuple[str, ...]]] = [
 ]
 
 
+@pytest.mark.parametrize("runs", [100, *slow(300)])
 @pytest.mark.parametrize(("errors", "terms"), NOISES, ids=lambda value: str(value)[:40])
-def test_each_noise_alone(errors: dict[str, Any], terms: tuple[str, ...]) -> None:
-    """Root mean square over 300 runs: twice as many numbers, which tell it to 1/√1200 = 2.9 %."""
-    runs, truth = 300, standing(NORTHERN)
+def test_each_noise_alone(errors: dict[str, Any], terms: tuple[str, ...], runs: int) -> None:
+    """Root mean square over N runs: twice as many numbers, which tell it to 1/√(4N), 2.9 % for 300."""
+    truth = standing(NORTHERN)
     ideal = truth.increments(0.1)
     section = block(rate_hz=0.1, **errors)
     there, start = truth.state(ideal.time), truth.state(0.0)
@@ -201,13 +203,14 @@ def test_each_noise_alone(errors: dict[str, Any], terms: tuple[str, ...]) -> Non
         square += float(np.sum(navigation_error(there, solution, truth.ellipsoid).position_ned[-1, :2] ** 2)) / runs
     expected = expect(section, NORTHERN)
     assert {c.term for c in expected.contributions} == set(terms)
-    assert np.sqrt(square) == pytest.approx(expected.total, rel=3.0 * 0.029)
+    assert np.sqrt(square) == pytest.approx(expected.total, rel=3.0 / np.sqrt(4 * runs))
 
 
+@pytest.mark.parametrize("runs", [100, *slow(300)])
 @pytest.mark.parametrize("errors", [{"gyro_quantum_arcsec": 100.0}, {"accel_quantum_mm_s": 500.0}], ids=str)
-def test_quantisation_alone(errors: dict[str, Any]) -> None:
+def test_quantisation_alone(errors: dict[str, Any], runs: int) -> None:
     """What the pulses add to a noise that runs over many of them, so that every remainder is as likely."""
-    runs, truth = 300, standing(NORTHERN)
+    truth = standing(NORTHERN)
     ideal = truth.increments(0.1)
     noise = {"gyro_arw_deg_sqrt_h": 0.5} if "gyro_quantum_arcsec" in errors else {"accel_vrw_ug_sqrt_hz": 1e5}
     there, start = truth.state(ideal.time), truth.state(0.0)
@@ -219,7 +222,7 @@ def test_quantisation_alone(errors: dict[str, Any]) -> None:
             ends.append(navigation_error(there, solution, truth.ellipsoid).position_ned[-1, :2])
         square += float(np.sum((ends[1] - ends[0]) ** 2)) / runs
     (contribution,) = expect(block(rate_hz=0.1, **errors), NORTHERN).contributions
-    assert np.sqrt(square) == pytest.approx(contribution.position, rel=3.0 * 0.029)
+    assert np.sqrt(square) == pytest.approx(contribution.position, rel=3.0 / np.sqrt(4 * runs))
 
 
 def test_velocity_quantisation_swings_with_schulers_period() -> None:

@@ -8,7 +8,10 @@ import sinssim
 from sinssim.simulation import aided_run
 from tests.scenario.test_unknown_gravity import parked
 
-LOUD = parked(filter={"alignment_s": 60.0, "measurement_noise_factor": 0.2, "diagnose": True})
+LOUD = parked(
+    imu={"grade": "laser-navigation", "rate_hz": 2.0},
+    filter={"alignment_s": 60.0, "measurement_noise_factor": 0.2, "diagnose": True},
+)
 """A filter that assumes a fifth of the noise of its readings."""
 
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from sinssim import ImuData, NavState, navigate
+from tests.slow import slow
 
 ROOT = Path(__file__).parents[2]
 
@@ -91,7 +92,7 @@ def test_twice_in_one_process_gives_the_same_bits():
 
 
 @pytest.mark.skipif(not Path("/proc/self/clear_refs").exists(), reason="resident memory is read from Linux' /proc")
-@pytest.mark.parametrize("algorithm", ["quaternion", "euler"])
+@pytest.mark.parametrize("algorithm", ["quaternion", *slow("euler")])
 def test_memory_stays_within_two_and_a_half_solutions(algorithm):
     """Growth of the process's resident peak during the call, over the bytes of the solution it returns."""
     code = """

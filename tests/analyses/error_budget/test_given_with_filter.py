@@ -10,6 +10,7 @@ import pytest
 import sinssim
 from sinssim.analyses.error_budget.covariance_budget import budget
 from tests.analyses.error_budget.worlds import SHORT_TURN, aided_ensemble, scenario
+from tests.slow import slow
 
 _START = {"position_sigma_m": 0.5, "velocity_sigma_mps": 0.01, "tilt_sigma_arcmin": 0.02, "heading_sigma_arcmin": 0.2}
 _GIVEN: dict[str, dict[str, Any]] = {
@@ -34,7 +35,7 @@ def _plan(**given: Any) -> sinssim.Scenario:
     )
 
 
-@pytest.mark.parametrize("name", _GIVEN)
+@pytest.mark.parametrize("name", ["jump", "fault", *slow("baro bias", "ramp")])
 def test_the_difference_of_two_runs(name: str) -> None:
     """To 0.1 % of the largest: products of the given error with the small random ones remain."""
     with_it, without = _plan(**_GIVEN[name]), _plan()

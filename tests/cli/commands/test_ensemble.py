@@ -102,7 +102,7 @@ def test_until_decided(file: Path, tmp_path, capsys) -> None:
 
 def test_a_filter_is_judged_by_its_ensemble(tmp_path, capsys) -> None:
     path = tmp_path / "aligning.toml"
-    path.write_text(scenario(AIDED).to_toml(), encoding="utf-8")
+    path.write_text(scenario(AIDED, ensemble={"epoch_s": 5.0}).to_toml(), encoding="utf-8")
     assert run_cli(str(path), "--runs", "4", "--threads", "1", "-o", str(tmp_path / "e")) == 0
     out = capsys.readouterr().out
     for words in ("ANEES by block", "gyro bias", "NIS by sensor", "gnss-velocity", "epochs within the band"):

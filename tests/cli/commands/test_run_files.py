@@ -94,7 +94,7 @@ def test_inertial_data_and_fixes_in_one_step(log: tuple[Path, Path], tmp_path: P
 
 def test_settings_are_in_the_scenario_that_repeats_the_run(log: tuple[Path, Path], tmp_path: Path) -> None:
     settings = ("--set", "imu.grade=consumer", "--set", "filter.initial_sigma.heading_arcmin=300")
-    sinssim("run", *log, "-o", tmp_path / "run", *KEEP, *settings, "--outage", "5/20")
+    sinssim("run", *log, "-o", tmp_path / "run", *KEEP, *settings, "--outage", "5/20", "--no-trial")
     text = (tmp_path / "run" / "suggested.toml").read_text()
     assert "# description of the IMU for the filter" in text
     scenario = load_scenario(tmp_path / "run" / "suggested.toml")

@@ -12,7 +12,7 @@ from tests.experiments.ensembles.examples import AIDED, scenario
 from tests.slow import slow
 
 
-@pytest.mark.parametrize("runs", [160, *slow(640)])
+@pytest.mark.parametrize("runs", [80, *slow(640)])
 def test_runs_have_the_predicted_sigma(runs: int) -> None:
     """The standard error of σ is 2.8 % of 640 runs: off by 5.3 of them with a probability below 1e-6."""
     result = sinssim.ensemble(scenario(ensemble={"epoch_s": 7.0}), runs)

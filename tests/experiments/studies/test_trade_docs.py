@@ -11,6 +11,7 @@ import pytest
 from sinssim.experiments.studies.trade_cells import cells_of
 from sinssim.experiments.studies.trade_schema import Axis, TradeStudy
 from sinssim.experiments.study import load_study
+from tests.experiments.studies.trade_examples import SCENARIO
 
 DOCS = Path(__file__).parents[3] / "docs"
 PAGE = (DOCS / "trades.md").read_text(encoding="utf-8")
@@ -34,10 +35,11 @@ def test_every_key_is_in_the_tables() -> None:
 def test_the_code_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     (code,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "standing.toml").write_text(SCENARIO, encoding="utf-8")
     names: dict[str, Any] = {}
-    exec(code.replace("first_flight", "parked").replace("3600 s", "600 s"), names)
+    exec(code.replace("first_flight", "standing.toml").replace("3600 s", "60 s"), names)
     assert names["table"].num_rows == 3
-    assert names["found"].values("r95(600 s)").shape == (3,)
+    assert names["found"].values("r95(60 s)").shape == (3,)
     assert "'met' 'met' 'met'" in capsys.readouterr().out
     assert (tmp_path / "runs" / "bias" / "report.html").is_file()
 

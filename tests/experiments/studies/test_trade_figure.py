@@ -21,6 +21,7 @@ from sinssim.recording.style import COLORS, css
 from sinssim.statistics.requirement_verdict import VerdictInUnit
 from sinssim.statistics.requirements import Quantity
 from tests.experiments.studies.trade_examples import ACCEL, AXES, BIAS, GRADE, study
+from tests.slow import slow
 
 R95 = Quantity("r95", "end")
 NUMBERS = {"key": BIAS, "values": (0.01, 0.02, 0.04)}
@@ -165,7 +166,7 @@ def test_all_pictures(tmp_path: Path) -> None:
     assert [one.key for one in pictures(made(tmp_path, NUMBERS))] == ["r95_end", "growth", "growth_cep"]
 
 
-@pytest.mark.parametrize("axes", [(NUMBERS,), (CHOICES,), AXES, (SWITCH, *AXES)])
+@pytest.mark.parametrize("axes", [(NUMBERS,), (SWITCH, *AXES), *slow(((CHOICES,),), (AXES,))])
 def test_labels_do_not_overlap(tmp_path: Path, axes: tuple[dict[str, Any], ...]) -> None:
     for one in pictures(made(tmp_path, *axes)):
         figure = figure_of(one)

@@ -20,14 +20,15 @@ from sinssim.recording.rerun.exhibit_recording import record
 from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import all_views, load_view
 from tests.analyses.error_budget.test_budget_recording import views
-from tests.experiments.studies.trade_examples import study
+from tests.experiments.studies.trade_examples import AXES, BIAS, study
 
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory: pytest.TempPathFactory) -> TradeResult:
-    """A small study of budgets, 2 × 3 cells."""
+    """A small study of budgets, 2 × 2 cells."""
     folder = tmp_path_factory.mktemp("trade")
-    return sinssim.compare(study(folder, require=("r95(end) <= 4 m",)), folder / "study")
+    axes = (AXES[0], {"key": BIAS, "values": (0.001, 0.1)})
+    return sinssim.compare(study(folder, axes=axes, require=("r95(end) <= 4 m",)), folder / "study")
 
 
 def values_of(recording: Path, entity: str) -> list[list[float]]:
@@ -76,4 +77,4 @@ def test_of_many_cells_some_are_recorded(result: TradeResult, tmp_path: Path) ->
     failed = TradeResult(result.study, cells, "failed", media=TradeMedia())
     record(failed.exhibits, tmp_path / "recording.rrd")
     shown = views(load_view("trade", find_run_info(tmp_path / "recording.rrd")).root_container)
-    assert "0 of 6 cells" in next(view.name for view in shown if isinstance(view, rrb.TimeSeriesView))
+    assert "0 of 4 cells" in next(view.name for view in shown if isinstance(view, rrb.TimeSeriesView))

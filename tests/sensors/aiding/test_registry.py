@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -42,36 +43,42 @@ def test_an_unknown_kind_is_named() -> None:
         measurement_kind("sped")
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        ("import sextants", "ModuleNotFoundError: No module named 'sextants'"),
-        ("", "it must have one class that derives from AidingSensor; there is none."),
-        ("class A(AidingSensor): ...\n\n\nclass B(AidingSensor): ...", "derives from AidingSensor; A and B."),
-        ("class A(AidingSensor): ...", "A needs a docstring, whose first line describes it."),
-        ('class A(AidingSensor):\n    """Stars."""', "A needs a method read(self, vehicle)"),
-    ],
-)
-def test_a_broken_file_leaves_the_other_sensors_alone(tmp_path: Path, text: str, reason: str) -> None:
+UNUSABLE = {
+    "import sextants": "ModuleNotFoundError: No module named 'sextants'",
+    "": "it must have one class that derives from AidingSensor; there is none.",
+    "class A(AidingSensor): ...\n\n\nclass B(AidingSensor): ...": "derives from AidingSensor; A and B.",
+    "class A(AidingSensor): ...": "A needs a docstring, whose first line describes it.",
+    'class A(AidingSensor):\n    """Stars."""': "A needs a method read(self, vehicle)",
+}
+"""Files of sensors, without their import, and what is wrong with each."""
+
+
+def test_broken_files_leave_the_other_sensors_alone(tmp_path: Path) -> None:
     head = "from sinssim.sensors.aiding_sensor import AidingSensor\n"
-    (tmp_path / "sextant.py").write_text(head + text + "\n", encoding="utf-8")
+    for number, text in enumerate(UNUSABLE):
+        (tmp_path / f"sextant_{number}.py").write_text(head + text + "\n", encoding="utf-8")
     code = f"""
+import json
 from sinssim.sensors import aiding
 aiding.__path__.append({str(tmp_path)!r})
 from sinssim.scenario import Scenario
 from sinssim.scenario.filter_section import describe_sensors
-print(describe_sensors()["sextant"])
 base = {{"name": "x", "parked": {{"latitude_deg": 50.0, "heading_deg": 0.0, "duration_s": 60.0}}, "filter": {{}}}}
-print(list(Scenario.model_validate({{**base, "aiding": {{"gnss": {{}}}}}}).aiding.sensors()))
-try:
-    Scenario.model_validate({{**base, "aiding": {{"sextant": {{}}}}}})
-except ValueError as error:
-    print(error)
+sensors = list(Scenario.model_validate({{**base, "aiding": {{"gnss": {{}}}}}}).aiding.sensors())
+refused = []
+for number in range({len(UNUSABLE)}):
+    try:
+        Scenario.model_validate({{**base, "aiding": {{f"sextant_{{number}}": {{}}}}}})
+    except ValueError as error:
+        refused.append(str(error))
+print(json.dumps([describe_sensors(), sensors, refused]))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    listed, sensors, refused = done.stdout.split("\n", 2)
-    assert listed.startswith(f"(cannot be used: {tmp_path}")
-    assert reason in listed
-    assert sensors == "['gnss']"
-    assert "[aiding.sextant]: " in refused
-    assert "sextant.py cannot be used: " in refused
+    listed, sensors, refused = json.loads(done.stdout)
+    assert sensors == ["gnss"]
+    for number, (reason, text) in enumerate(zip(UNUSABLE.values(), refused, strict=True)):
+        said = listed[f"sextant_{number}"]
+        assert said.startswith(f"(cannot be used: {tmp_path}")
+        assert reason in said
+        assert f"[aiding.sextant_{number}]: " in text
+        assert f"sextant_{number}.py cannot be used: " in text

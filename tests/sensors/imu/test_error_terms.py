@@ -24,6 +24,7 @@ from sinssim.sensors.imu.imu_errors import Fault, WarmUp
 from tests.oracles.allan import allan_deviation
 from tests.oracles.imu_model import KNOWN, output, temperature
 from tests.sensors.imu.test_emulate import both, uneven, uniform
+from tests.slow import slow
 
 G = 9.80665
 DEG_H = 4.84813681109536e-6
@@ -273,7 +274,7 @@ def test_means_of_a_gauss_markov_process_have_its_covariances(x: float) -> None:
     assert e**2 + g**2 - e * (d * e + q * g) == pytest.approx(float(variance - covariance), rel=1e-9)
 
 
-@pytest.mark.parametrize("ratio", [0.05, 1.0, 20.0])
+@pytest.mark.parametrize("ratio", [0.05, *slow(1.0), 20.0])
 def test_variance_of_the_mean_over_one_interval(ratio: float) -> None:
     # Var of the mean over T of a process of correlation time τ: 2σ²(x − 1 + e^−x)/x², x = T/τ, whatever T
     runs = [

@@ -19,6 +19,7 @@ from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.imu_errors import WarmUp
 from sinssim.sensors.imu.laser_gyro import LaserGyro, detuning, null_shift, path_change
 from sinssim.sensors.imu.lock_in import angle_error, turnarounds
+from tests.slow import slow
 
 DEG = np.pi / 180.0
 TRIANGLE = np.sqrt(3.0) / 4.0 * 0.14**2
@@ -113,7 +114,7 @@ def walk(g: LaserGyro, swings: int, seed: int, block: int = 10) -> float:
     return float(np.sqrt(np.mean(grown**2) / (block * 0.5 / g.dither_frequency)))
 
 
-@pytest.mark.parametrize(("dither", "frequency"), [(20.0, 400.0), (63.0, 800.0), (200.0, 800.0)])
+@pytest.mark.parametrize(("dither", "frequency"), [(20.0, 400.0), *slow((63.0, 800.0)), (200.0, 800.0)])
 def test_random_walk_of_a_random_dither(dither: float, frequency: float) -> None:
     """Over a decade of dither rates; 600 blocks tell N to 1/√1200 = 2.9 %."""
     g = gyro(dither, frequency)
@@ -126,7 +127,7 @@ def test_constant_of_the_formula_is_that_of_radians_of_phase() -> None:
     assert g.lock_in * np.sqrt(g.pulse_weight / g.dither_rate) / walk(g, 6000, 4) == pytest.approx(2.507, rel=0.09)
 
 
-@pytest.mark.parametrize(("randomised", "side"), [("none", 1.0), ("none", -1.0), ("one", 1.0), ("one", -1.0)])
+@pytest.mark.parametrize(("randomised", "side"), [("none", 1.0), ("one", -1.0), *slow(("none", -1.0), ("one", 1.0))])
 def test_what_is_left_of_the_dead_zone(randomised: str, side: float) -> None:
     """Just inside (3) or (4) the gyro gives no rate; half as far outside it gives √(Ω² − zone²)."""
     # KΘ where |J₀| has a maximum, so that the zone is wide
