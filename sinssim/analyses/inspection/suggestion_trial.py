@@ -125,7 +125,8 @@ class Trial:
         if best.good:
             return fact("trial", text, **numbers)
         fix = f"The filter states a 1σ of {number_text(best.sigma)} m there. Without fixes, a straight line is better."
-        if best.before > max(best.alone, 0.5 * best.error):
+        refused = best.refused >= _REFUSED
+        if best.before > max(best.alone, 0.5 * best.error) and best.innovations[0] < _TOO_SMALL and not refused:
             text += (
                 f" The filter is {number_text(best.before)} m from the last fix already: the errors of the fixes last, "
                 "and their 1σ is larger than what changes from fix to fix."

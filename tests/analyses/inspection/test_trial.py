@@ -149,10 +149,12 @@ def test_the_result_in_words() -> None:
     assert poor.finding.grade == "doubt"
     assert poor.finding.fix == ("The filter states a 1σ of 20.0 m there. Without fixes, a straight line is better.")
     assert poor.written(text) == f"# {poor.finding.sentence}\n{text}"
-    apart = replace(plain, before=20.0)
-    assert Trial(apart, apart).finding.text == (
-        f"{poor.finding.text} The filter is 20.0 m from the last fix already: the errors of the fixes last, and their "
-        "1σ is larger than what changes from fix to fix."
+    apart = replace(plain, before=20.0, refused=0.0, innovations=(0.4, 1.0))
+    assert Trial(apart, apart).finding.text.endswith(
+        " is 14.2 m. The filter is 20.0 m from the last fix already: the errors of the fixes last, and their 1σ is "
+        "larger than what changes from fix to fix."
     )
+    for other in (replace(apart, refused=0.463), replace(apart, before=14.0), replace(apart, innovations=one)):
+        assert "from the last fix already" not in Trial(other, other).finding.text
     assert [plain.overconfident, good.overconfident] == [True, False]
     assert plain.badness == pytest.approx(375.0 / 14.25)
