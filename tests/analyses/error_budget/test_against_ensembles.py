@@ -44,7 +44,7 @@ _CALIBRATED_SET = {"imu": _REDUNDANT, "compensation": {"gyro_bias_sigma_deg_h": 
         (80, {"imu": _NOISES, "navigation": {"vertical": "baro-loop"}}),
         (80, {"imu": {"grade": "tactical"},
               "compensation": {"gyro_bias_sigma_deg_h": 0.1, "accel_bias_sigma_ug": 30.0}}),
-        (20, _CALIBRATED_SET),
+        (10, _CALIBRATED_SET),
         *slow((60, _CALIBRATED_SET)),
     ],
     ids=["laser", "noises", "calibrated", "redundant", "redundant, many"],
