@@ -41,9 +41,21 @@ def diagrams() -> ModuleType:
     return _load("diagrams")
 
 
-def test_answers_are_complete_and_their_links_lead_somewhere(numbers, monkeypatch):
+@pytest.fixture
+def _hardly_counted(monkeypatch):
+    """Count the operations of a tenth of the samples."""
+    caches = (step_cost.count_operations, attitude_cost.count_attitude)
     for module, name in ((step_cost, "_COUNTED_SAMPLES"), (attitude_cost, "_COUNTED")):
-        monkeypatch.setattr(module, name, 24)  # samples of which operations are counted: a tenth
+        monkeypatch.setattr(module, name, 24)
+    for counted in caches:
+        counted.cache_clear()
+    yield
+    for counted in caches:
+        counted.cache_clear()
+
+
+@pytest.mark.usefixtures("_hardly_counted")
+def test_answers_are_complete_and_their_links_lead_somewhere(numbers):
     answers = _load("questions").answers()
     assert re.findall(r"^## (\d+)\.", answers, re.MULTILINE) == [str(n) for n in range(1, 15)]
     assert "nan" not in answers

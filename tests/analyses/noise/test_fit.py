@@ -277,7 +277,7 @@ def test_no_gauss_markov_bias_is_invented(truth):
 def test_a_gauss_markov_bias_that_the_record_hints_at_is_mentioned():
     """Thirty correlation times beside white noise: some records hint at it, some show it, none gets both."""
     truth = {"N": 1e-3, "sigma_b": 3e-4, "tau_b": 1200.0}
-    fits = [fit_noise(made(seed, truth), T) for seed in range(12)]
+    fits = [fit_noise(made(seed, truth), T) for seed in range(8)]
     hinted = [fit.possible for fit in fits if fit.possible is not None]
     assert len(hinted) > 2
     for sigma, time in hinted:
