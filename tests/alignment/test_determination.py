@@ -246,6 +246,8 @@ def test_angles_out_of_range_are_refused(angles, text):
 def test_gravity_that_is_none_is_refused():
     with pytest.raises(InputError, match="gravity must be a positive"):
         ideal_readings(0.0, 0.0, 0.0, 0.5, gravity=-9.8)
+    with pytest.raises(InputError, match=r"gravity must be a positive number of m/s² \(element \[1\]\)"):
+        ideal_readings(0.0, 0.0, 0.0, 0.5, gravity=[9.8, -9.8, 9.8])
 
 
 def test_zeros_have_no_sign_and_a_vehicle_upside_down_a_roll_of_plus_180_degrees():

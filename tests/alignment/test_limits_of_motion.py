@@ -205,5 +205,6 @@ def test_white_level_and_pulse_of_few_samples() -> None:
     increments = np.outer(swings, [1e-6, -3e-6, 2e-6])
     increments[40] = 1e-3  # a jolt in one part
     assert white_level(increments, 32.0) == pytest.approx(np.sqrt(0.5 * (2 * 3e-6) ** 2 / 0.5), rel=1e-9)
+    assert white_level(np.outer(np.tile([1e-6, -1e-6], 128), [1.0, 1.0, 1.0]), 128.0) == 0.0  # 128 pairs are enough
     mean = increments.mean(axis=0)  # the jolt shifts it
     assert pulse(increments) == pytest.approx(3.0 * np.max(np.abs(mean) + np.array([1e-6, 3e-6, 2e-6])), rel=1e-9)

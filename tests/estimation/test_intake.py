@@ -213,7 +213,8 @@ def test_correlations_are_part_of_the_noise() -> None:
     expected = [[0.01, 0.012, -0.006], [0.012, 0.04, 0.006], [-0.006, 0.006, 0.09]]
     np.testing.assert_allclose(readings.covariance(0, variance[0]), expected, rtol=1e-12)  # in the order of time
     np.testing.assert_allclose(readings.covariance(1, variance[1]), np.diag([1.0, 4.0, 9.0]), rtol=1e-12)
-    for wrong in (2.0 * rho, np.array([[1.0, 0.9, -0.9], [0.9, 1.0, 0.9], [-0.9, 0.9, 1.0]])):
+    uneven = rho + np.array([[0.0, 0.1, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    for wrong in (2.0 * rho, uneven, np.array([[1.0, 0.9, -0.9], [0.9, 1.0, 0.9], [-0.9, 0.9, 1.0]])):
         with pytest.raises(InputError, match="not a correlation matrix"):
             take_in([replace(given, correlation=np.array([rho, wrong]))], MODEL, IMU_TIME, 10.0)
     with pytest.raises(InputError, match="has the shape"):

@@ -159,6 +159,19 @@ def test_added_noise_is_that_of_the_model() -> None:
     np.testing.assert_allclose(sigmas[1], sigmas[0], rtol=1e-3)
 
 
+def test_added_noise_ends_where_it_is_said_to() -> None:
+    """A heading that nothing aids: N² t of the model, and n² t of what adds to it in the first 20 s alone."""
+    trajectory, ideal = drive(30.0, RATE_HZ, False)
+    own, more = 0.1 * DEG / 60.0, 0.3 * DEG / 60.0
+    quiet = ImuErrors(TriadErrors(random_walk=own), TriadErrors(random_walk=1e-5))
+    model = error_model(quiet, position=0.1, velocity=0.02, attitude=(1e-4, 1e-4, 1e-5))
+    added = AddedNoise(np.array([0.0, 20.0]), np.array([[more] * 3, [0.0] * 3]), np.zeros((2, 3)))
+    found = estimate(ideal, trajectory.state(0.0), [], model, gate=None, added_noise=added)
+    variance = found.sigma[:, model.slices["attitude"].stop - 1] ** 2
+    expected = 1e-10 + own**2 * found.time + more**2 * np.minimum(found.time, 20.0)
+    np.testing.assert_allclose(variance, expected, rtol=2e-3)
+
+
 def shaken(imu: ImuData, seed: int, still: float, moving: float, engine: float) -> ImuData:
     """Return readings with the shaking of an engine, and with that of the road in motion, as white noise."""
     rng = np.random.default_rng([31, seed])

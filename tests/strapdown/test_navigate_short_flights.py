@@ -100,6 +100,14 @@ def test_every_frame(frame: str, vertical: str) -> None:
     check(ROUNDING, frame=frame, vertical=vertical)
 
 
+@pytest.mark.parametrize("vertical", ["free", "baro-loop", "truth"])
+@pytest.mark.parametrize("frame", FRAMES)
+def test_three_rates_in_every_frame(frame: str, vertical: str) -> None:
+    """The errors are those of second order in the medium and the slow interval, half as much again as measured."""
+    bounds = (4.7e-3, 8.2e-9, 2.5e-3)
+    check(bounds, frame=frame, vertical=vertical, rates_hz=(48.0, 24.0, 12.0), slow_quantities="extrapolate")
+
+
 def test_the_transverse_frame_off_its_route() -> None:
     """Nearer to the pole of its equator than to it, the frame turns about the vertical as the vehicle swings."""
     check(ROUNDING, frame="transverse", route=(0.0, 0.5, 0.1, 2.0))
