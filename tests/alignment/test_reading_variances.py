@@ -69,6 +69,13 @@ def test_each_axis_has_the_squares_of_all_errors(name: str, inputs: Array) -> No
         assert len(set(found[f"{name} {source}"])) == 3
 
 
+def test_a_session_begins_when_the_sensors_are_switched_on() -> None:
+    """The mean of a walk of K² t since then has K² t/3."""
+    gyro = TriadErrors(rate_walk=2e-9)
+    found = reading_variances(ImuErrors(gyro, TriadErrors()), RATE, FORCE, 3.0)
+    np.testing.assert_allclose(found["gyro rate random walk"], 4e-18, rtol=1e-12)
+
+
 def test_noises_of_each_triad() -> None:
     """White noise N²/T, a walk K²(s + T/3) that begins with the sensors, two pulses' ends of Q²/12 each over T."""
     gyro, accel = (
