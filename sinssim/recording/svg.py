@@ -269,7 +269,7 @@ class Drawing:
 
 WIDTHS = {"broad": 8.0, "wide": 4.5, "bold": 2.4, "line": 1.5, "thin": 1.07, "hair": 1.0}
 DASHES = {"": "", "--": "6 4", ":": "1.5 3", "-.": "7 3 1.5 3"}
-_MOST_DOTS = 1500
+MOST_DOTS = 1500
 """Approximate number of dots of a mark that are drawn."""
 _SHAPES = {"s": "M-3-3h6v6h-6z", "^": "M0-4l4 7h-8z", "D": "M0-4l4 4l-4 4l-4-4z", "v": "M0 4l4-7h-8z",
            "P": "M-1.5-4h3v2.5h2.5v3h-2.5v2.5h-3v-2.5h-2.5v-3h2.5z", "*": "M0-5l1.4 3.4 3.6.3-2.8 2.3.9 3.6-3.1-2-3.1 "
@@ -310,7 +310,7 @@ def marks_of(chart: Chart, x: PixelScale, y: PixelScale) -> tuple[list[str], lis
                     body.append(segments(left, level, right, level, "mark"))
                 several = not (isinstance(color, str) or isinstance(color[0], int))
                 paints = [style.css_of(shade) for shade in color] if several else [style.css_of(color)] * len(mark.x)
-                some = slice(None, None, max(1, len(mark.x) // _MOST_DOTS))
+                some = slice(None, None, max(1, len(mark.x) // MOST_DOTS))
                 body.append(shapes_of(x(mark.x[some]), y(mark.y[some]), paints[some], mark.marker, mark.size / 0.75))
             case Bars():
                 drawn, named = _bars(mark, color, x, y)

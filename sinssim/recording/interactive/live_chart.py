@@ -20,7 +20,7 @@ import numpy as np
 from sinssim.charts import Band, Chart, Dash, Dots, Limit, Line, Mark, Remark, Rule, Shares
 from sinssim.data import Array
 from sinssim.recording import style
-from sinssim.recording.svg import DASHES, WIDTHS, pieces
+from sinssim.recording.svg import DASHES, MOST_DOTS, WIDTHS, pieces
 from sinssim.units import TIME_SCALE
 
 _TIES = {style.INK: "--ink", style.SOFT: "--soft", style.FAINT: "--line", style.GRID: "--hair"}
@@ -39,7 +39,7 @@ def can_live(chart: Chart) -> bool:
         and not (chart.equal or chart.y.names)
         and any(isinstance(mark, Line | Shares) for mark in lines)
         and all(isinstance(mark, Line | Dots | Band | Shares | Rule | Limit | Remark) for mark in chart.marks)
-        and all(bool(np.all(np.diff(mark.x) >= 0.0)) for mark in lines)
+        and all(bool(np.all(np.diff(mark.x[:]) >= 0.0)) for mark in lines)
         and not any(isinstance(mark, Dots) and (len(mark.error) or not _is_one(mark.color)) for mark in lines)
     )
 
@@ -94,7 +94,9 @@ class _Data:
                 self._curve(mark.name, paint, at, values, WIDTHS[mark.weight], mark.dash, 6.0 if mark.marker else 0.0,
                             turns=mark.turn > 0.0)  # fmt: skip
             case Dots():
-                self._curve(mark.label, paint, mark.x, mark.y, 0.0, "", mark.size / style.POINTS_PER_PIXEL)
+                some = slice(None, None, max(1, len(mark.x) // MOST_DOTS))
+                at, values = mark.x[some], mark.y[some]
+                self._curve(mark.label, paint, at, values, 0.0, "", mark.size / style.POINTS_PER_PIXEL)
             case Band():
                 self._band(mark.label, paint, mark.x, mark.low, mark.high, share=False)
             case Shares():

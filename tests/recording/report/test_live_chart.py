@@ -67,6 +67,15 @@ def test_a_long_curve_keeps_its_extremes() -> None:
     assert (np.diff(x) >= 0.0).all()
 
 
+def test_dots_are_as_many_as_in_the_picture() -> None:
+    time = np.linspace(0.0, 3600.0, 100_000)
+    (data,) = data_of(chart(Line(x=time[:2], y=time[:2]), Dots(x=time, y=time)))
+    x, y = points(data, 1)
+    np.testing.assert_allclose(60.0 * x, y, rtol=1e-6)
+    np.testing.assert_allclose(y[:2], time[[0, 66]], rtol=1e-6)
+    assert len(y) == 1516
+
+
 def test_gaps_and_full_turns_stay_open() -> None:
     time = np.arange(9.0) * 400.0
     values = np.array([1.0, 2.0, np.nan, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0])
