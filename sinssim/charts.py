@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.data import Array
+from sinssim.data import Array, Rows, blocks
 from sinssim.units import TIME_SCALE, Scale, fixed, suiting
 
 Color = str | tuple[int, int, int]
@@ -52,15 +52,16 @@ def over(span: tuple[float, float]) -> Axis:
     return Axis(label="time", units=TIME_SCALE, low=span[0], high=span[1])
 
 
-def extremes(values: Array) -> Array:
+def extremes(values: Rows) -> Array:
     """Return the least and the greatest finite value, all that a linear axis needs; nothing if there is none."""
-    if not values.size:
-        return np.empty(0)
-    ends = np.array([values.min(), values.max()])
-    if np.isfinite(ends).all():
-        return ends
-    values = values[np.isfinite(values)]
-    return np.array([values.min(), values.max()]) if values.size else values
+    low, high = np.inf, -np.inf
+    for rows in blocks(len(values)):
+        block = values[rows]
+        if block.size and not np.isfinite([block.min(), block.max()]).all():
+            block = block[np.isfinite(block)]
+        if block.size:
+            low, high = min(low, block.min()), max(high, block.max())
+    return np.array([low, high]) if low <= high else np.empty(0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -114,13 +115,23 @@ class Dots:
 
     label: str = ""  # name in the legend; "" for none
     # (N,) SI
-    x: Array
-    y: Array
+    x: Rows
+    y: Rows
     color: Color | Sequence[Color] = ""  # one for all, or one for each
     size: float = 4.0  # diameter, points
     marker: str = "o"  # shape, see `Line`
     # (N,) 1σ drawn as a horizontal line through each point, SI; empty for none
     error: Array = field(default_factory=lambda: np.empty(0))
+
+    @cached_property
+    def across(self) -> Array:
+        """`extremes` of x."""
+        return extremes(self.x)
+
+    @cached_property
+    def upright(self) -> Array:
+        """`extremes` of y."""
+        return extremes(self.y)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -262,19 +273,18 @@ class Chart:
     room: float = 1.05  # factor of the space above the highest mark of an axis that begins at zero
 
     def values(self, upright: bool) -> Iterator[Array]:
-        """Yield the values that widen an axis, SI; the extremes of a line on a linear axis."""
+        """Yield the values that widen an axis, SI; the extremes of a line or of dots on a linear axis."""
         for mark in self.marks:
             match mark:
-                case Line() if mark.counts:
+                case Dots() if len(mark.error) and not upright:
+                    yield from (mark.x[:] - mark.error, mark.x[:] + mark.error)
+                case Dots() | Line(counts=True):
                     if (self.y if upright else self.x).log:
-                        yield mark.y if upright else mark.x
+                        yield (mark.y if upright else mark.x)[:]
                     else:
                         yield mark.upright if upright else mark.across
                 case Band():
                     yield from ((mark.low, mark.high) if upright else (mark.x,))
-                case Dots():
-                    spread = (mark.x - mark.error, mark.x + mark.error) if len(mark.error) else (mark.x,)
-                    yield from ((mark.y,) if upright else spread)
                 case Bars() if mark.across != upright:
                     yield from (mark.values, mark.low, mark.high)
                 case Shares():

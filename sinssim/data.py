@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +12,37 @@ from numpy.typing import NDArray
 from sinssim.system.short_repr import short_repr
 
 Array = NDArray[np.float64]
+
+BLOCK = 16384
+"""Rows that are processed together: no temporary is as long as a run, and it stays in the cache of the processor."""
+
+
+class Rows(Protocol):
+    """Rows of numbers: an array, or an object that computes any block of them."""
+
+    def __len__(self) -> int: ...
+    def __getitem__(self, rows: slice, /) -> Array: ...
+
+
+@dataclass(frozen=True)
+class Computed:
+    """Rows that are computed when they are written or drawn."""
+
+    count: int  # their number
+    rows: Callable[[slice], Array]  # returns a block of them
+
+    def __len__(self) -> int:
+        return self.count
+
+    def __getitem__(self, rows: slice, /) -> Array:
+        return self.rows(rows)
+
+
+def blocks(count: int) -> Iterator[slice]:
+    """Yield rows in blocks; of no rows one empty block."""
+    for start in range(0, max(count, 1), BLOCK):
+        yield slice(start, min(start + BLOCK, count))
+
 
 SATURATED, DROPPED, FROZEN = 1, 2, 4
 """Flags of a channel of a sample: limited to its range; not delivered; previous sample delivered again."""

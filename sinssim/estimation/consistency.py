@@ -50,7 +50,7 @@ import scipy
 from numpy.typing import NDArray
 
 from sinssim import units
-from sinssim.data import Array
+from sinssim.data import Array, blocks
 from sinssim.estimation.filter_result import Estimate, History, Innovations
 from sinssim.estimation.state_model import ErrorModel
 from sinssim.statistics.chi_square import quantile, upper_tail
@@ -67,9 +67,6 @@ WINDOWS = (16, 64, 256)
 
 _FEWEST = 8
 """Fewest windows, or readings, that are tested."""
-
-_BLOCK = 16384
-"""Readings whose covariances are factored at once."""
 
 
 @dataclass(frozen=True)
@@ -126,8 +123,8 @@ def _whitened(innovations: Innovations) -> Array:
     """Return e = L⁻¹ν of the accepted readings, (N, k)."""
     used = np.flatnonzero(innovations.accepted).astype(np.int32)
     white, count = np.empty((len(used), innovations.value.shape[1])), 0
-    for start in range(0, len(used), _BLOCK):
-        rows = used[start : start + _BLOCK]
+    for block in blocks(len(used)):
+        rows = used[block]
         value, covariance = innovations.value[rows], innovations.covariance_at(rows)
         try:
             root = np.linalg.cholesky(covariance)

@@ -244,10 +244,10 @@ def _draw(axes: Axes, mark: Mark, color: Any, x: float, y: float) -> None:
             )
         case Dots():
             if len(mark.error):
-                axes.errorbar(mark.x / x, mark.y / y, xerr=mark.error / x, fmt="none", ecolor=style.SOFT,
+                axes.errorbar(mark.x[:] / x, mark.y[:] / y, xerr=mark.error / x, fmt="none", ecolor=style.SOFT,
                               elinewidth=style.THIN)  # fmt: skip
-            axes.scatter(mark.x / x, mark.y / y, c=_css(color), s=mark.size**2, marker=mark.marker or "o", zorder=3,
-                         lw=0, label=mark.label or None)  # fmt: skip
+            axes.scatter(mark.x[:] / x, mark.y[:] / y, c=_css(color), s=mark.size**2, marker=mark.marker or "o",
+                         zorder=3, lw=0, label=mark.label or None)  # fmt: skip
         case Bars():
             _bars(axes, mark, _css(color), x if mark.across else y)
         case Shares():

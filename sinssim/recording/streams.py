@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.data import BLOCK, Array, Computed, ImuData, NavSolution, NavState, Rows, blocks
 from sinssim.errors import InputError, unknown_name
 from sinssim.sensors.imu.faults import CHANNELS, channels_of
 from sinssim.strapdown.navigation_error import NavError
@@ -29,30 +29,6 @@ if TYPE_CHECKING:
     from sinssim.sensors.sets.sensor_readings import Readings
     from sinssim.strapdown.gimballed_platform import PlatformSolution
     from sinssim.truth.true_gravity_disturbance import GravityValues
-
-
-BLOCK = 16384
-"""Rows that are written together, so that no copy is as long as a run."""
-
-
-class Rows(Protocol):
-    """Rows of a vector: an array, or an object that computes any block of them."""
-
-    def __getitem__(self, rows: slice, /) -> Array: ...
-
-
-class Computed:
-    """Rows of a vector that are computed when they are written.
-
-    Args:
-        rows: returns a block of them, (R, k).
-    """
-
-    def __init__(self, rows: Callable[[slice], Array]) -> None:
-        self._rows = rows
-
-    def __getitem__(self, rows: slice, /) -> Array:
-        return self._rows(rows)
 
 
 @dataclass(frozen=True)
@@ -83,12 +59,6 @@ class Stream:
     name: str
     time: Array
     vectors: tuple[Vector, ...]
-
-
-def blocks(count: int) -> Iterator[slice]:
-    """Yield rows in blocks, as they are written; of no rows one empty block."""
-    for start in range(0, max(count, 1), BLOCK):
-        yield slice(start, min(start + BLOCK, count))
 
 
 _MOST_ROWS = 262144
@@ -173,6 +143,7 @@ def _write(tables: Iterable[Any], path: Path, metadata: Mapping[str, str] | None
     ):
         for group in _groups(chain((first,), others), _rows_together(len(schema))):
             writer.write_table(group.replace_schema_metadata(schema.metadata))
+            del group  # before the next is put together
     return path
 
 
@@ -302,7 +273,7 @@ def _needed(library: str) -> Any:
 
 
 def _state(latitude: Array, longitude: Array, height: Array, velocity_ned: Array, q_nb: Array) -> tuple[Vector, ...]:
-    position = Computed(lambda rows: np.column_stack((latitude[rows], longitude[rows], height[rows])))
+    position = Computed(len(latitude), lambda rows: np.column_stack((latitude[rows], longitude[rows], height[rows])))
     return (
         Vector("position", ("latitude_rad", "longitude_rad", "height_m"), position),
         Vector("velocity", ("velocity_n_mps", "velocity_e_mps", "velocity_d_mps"), velocity_ned),
@@ -347,7 +318,7 @@ def imu_stream(kind: str, imu: ImuData, *, with_angles: bool = True) -> Stream:
         vectors.insert(0, Vector("dtheta", ("dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad"), imu.dtheta))
     if (flags := imu.flags) is not None:
         columns = tuple(f"flags_{channel}" for channel in CHANNELS)
-        vectors.append(Vector("flags", columns, Computed(lambda rows: flags[rows].astype(np.float64))))
+        vectors.append(Vector("flags", columns, Computed(len(flags), lambda rows: flags[rows].astype(np.float64))))
     return Stream(f"imu_{kind}", imu.time[1:], tuple(vectors))
 
 
@@ -423,8 +394,8 @@ def rotation_stream(encoders: Encoders) -> Stream:
         N+1 rows.
     """
     e = encoders
-    true = Computed(lambda rows: e.turns.angles(e.edges[rows]))
-    read = Computed(lambda rows: e.angles(e.edges[rows]))
+    true = Computed(len(e.edges), lambda rows: e.turns.angles(e.edges[rows]))
+    read = Computed(len(e.edges), lambda rows: e.angles(e.edges[rows]))
     return Stream(
         "rotation",
         e.edges,
@@ -479,7 +450,7 @@ def error_stream(name: str, error_at: Callable[[slice], NavError], time: Array) 
     block = lru_cache(maxsize=2)(lambda start, stop: error_at(slice(start, stop)))
 
     def part(field: str) -> Rows:
-        return Computed(lambda rows: np.asarray(getattr(block(rows.start, rows.stop), field)))
+        return Computed(len(time), lambda rows: np.asarray(getattr(block(rows.start, rows.stop), field)))
 
     return Stream(
         f"error_{name}",

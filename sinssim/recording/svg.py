@@ -306,12 +306,13 @@ def marks_of(chart: Chart, x: PixelScale, y: PixelScale) -> tuple[list[str], lis
                 body.append(_area(x(mark.x), y(mark.low), y(mark.high), style.css_of(color), 0.25))
             case Dots():
                 if len(mark.error):
-                    left, right, level = x(mark.x - mark.error), x(mark.x + mark.error), y(mark.y)
+                    left, right, level = x(mark.x[:] - mark.error), x(mark.x[:] + mark.error), y(mark.y[:])
                     body.append(segments(left, level, right, level, "mark"))
                 several = not (isinstance(color, str) or isinstance(color[0], int))
-                paints = [style.css_of(shade) for shade in color] if several else [style.css_of(color)] * len(mark.x)
                 some = slice(None, None, max(1, len(mark.x) // MOST_DOTS))
-                body.append(shapes_of(x(mark.x[some]), y(mark.y[some]), paints[some], mark.marker, mark.size / 0.75))
+                px, py = x(mark.x[some]), y(mark.y[some])
+                paints = [style.css_of(shade) for shade in (color[some] if several else [color] * len(px))]
+                body.append(shapes_of(px, py, paints, mark.marker, mark.size / 0.75))
             case Bars():
                 drawn, named = _bars(mark, color, x, y)
                 body += drawn

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.data import Array, ImuData, NavSolution
+from sinssim.data import Array, ImuData, NavSolution, blocks
 from sinssim.estimation import ErrorModel, Estimate, nominal_errors, state_errors
 from sinssim.estimation.linearisation import rows_of, solution_of
 from sinssim.estimation.state_model import NAVIGATION, crossing_time
@@ -173,9 +173,6 @@ def _less(true: TriadErrors, known: TriadErrors) -> TriadErrors:
     return replace(true, **{field: getattr(true, field) - getattr(known, field) for field in _STATES})
 
 
-BLOCK = 16384
-"""Number of rows that are compared with the truth at once."""
-
 _KINDS = ("position_ned", "velocity_ned", "attitude")
 
 Rows = slice | NDArray[np.intp]
@@ -233,15 +230,14 @@ class Aided:
         count = len(solution.time)
         number = np.arange(*rows.indices(count)) if isinstance(rows, slice) else rows % count
         errors = {name: np.empty((len(number), 3)) for name in kinds}
-        for start in range(0, len(solution.time), BLOCK):
-            inside = np.flatnonzero((number >= start) & (number < start + BLOCK))
+        for block in blocks(count):
+            inside = np.flatnonzero((number >= block.start) & (number < block.stop))
             if not len(inside):
                 continue
-            block = slice(start, start + BLOCK)
             block_solution = solution_of(solution.time[block], rows_of(solution, block), solution.algorithm)
             error = self._error_of(block_solution)
             for name, values in errors.items():
-                values[inside] = getattr(error, name)[number[inside] - start]
+                values[inside] = getattr(error, name)[number[inside] - block.start]
         return errors
 
     def _error_of(self, solution: NavSolution) -> NavError:
@@ -256,8 +252,7 @@ class Aided:
 
     def error_blocks(self) -> Iterator[NavError]:
         """Yield the errors of the aided solution, one block of rows after the other."""
-        for start in range(0, len(self.estimate.time), BLOCK):
-            yield self.error_at(slice(start, start + BLOCK))
+        yield from map(self.error_at, blocks(len(self.estimate.time)))
 
     def block_error(self, block: str, rows: Rows = slice(None)) -> Array:
         """Return the actual errors in the states of one block; a parameter without a true value counts as zero.

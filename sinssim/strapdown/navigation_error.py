@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import rotation, units
-from sinssim.data import Array, NavSolution, NavState
+from sinssim.data import Array, NavSolution, NavState, blocks
 from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.errors import InputError, RunError, check_name
@@ -24,8 +24,6 @@ from sinssim.jit import strict_kernel
 from sinssim.rotation.quaternions import multiply_k, rotation_vector_from_quaternion_k
 from sinssim.strapdown.solution_coordinates import turn_of_north, turned, turned_attitude
 from sinssim.system.short_repr import short_repr
-
-_BLOCK = 16384  # rows per block: the temporaries stay in the cache of the processor
 
 
 @short_repr
@@ -120,8 +118,7 @@ def navigation_error(
         )
     check_name("axes of errors", axes, AXES)
     error = NavError(solution.time, *(np.empty((len(solution.time), 3)) for _ in range(3)))
-    for start in range(0, len(solution.time), _BLOCK):
-        part = slice(start, start + _BLOCK)
+    for part in blocks(len(solution.time)):
         _fill(error, truth, solution, ellipsoid, part)
         if axes == "transported":
             _transport(error, truth, solution, part)

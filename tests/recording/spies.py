@@ -58,9 +58,9 @@ class Plot:
         assert (self.title, self.unit) == (title, unit)
         assert [(line.label, line.color) for line in self.lines] == [curve[:2] for curve in curves]
         for line, (label, _, time, values) in zip(self.lines, curves, strict=True):
-            np.testing.assert_allclose(line.x, time, rtol=1e-12, err_msg=label)
+            np.testing.assert_allclose(line.x[:], time, rtol=1e-12, err_msg=label)
             size = self.chart.unit(True)[1]
-            np.testing.assert_allclose(line.y / size, values, rtol=1e-9, atol=1e-12, err_msg=label)
+            np.testing.assert_allclose(line.y[:] / size, values, rtol=1e-9, atol=1e-12, err_msg=label)
 
 
 def plots(items: Iterable[Item]) -> list[Plot]:
@@ -98,10 +98,8 @@ class Drawn:
         self.lines[entity] = (np.asarray(time), np.asarray(values), list(names), colors, widths)
         self.ranges[entity] = (float(np.nanmin(values)), float(np.nanmax(values)))
 
-    def points(
-        self, entity: str, rows: int, time: Any, values: Any, names: Any, color: Any, *, marker: str, size: float
-    ) -> None:
-        every = slice(0, rows)
+    def points(self, entity: str, time: Any, values: Any, names: Any, color: Any, *, marker: str, size: float) -> None:
+        every = slice(0, len(time))
         self.dots[entity] = (np.asarray(time[every]), np.asarray(values[every]), list(names), color, marker, size)
 
     def static(self, entity: str, archetype: Any) -> None:
@@ -142,8 +140,8 @@ class Shown:
         lines = [(mark, color) for mark, color in zip(chart.marks, colors, strict=True) if hasattr(mark, "x")]
         assert [(line.label, color) for line, color in lines] == [curve[:2] for curve in curves]
         for (line, _), (label, _, x, y) in zip(lines, curves, strict=True):
-            np.testing.assert_allclose(line.x, x, rtol=1e-12, err_msg=label)
-            np.testing.assert_allclose(line.y / chart.unit(True)[1], y, rtol=1e-9, atol=1e-12, err_msg=label)
+            np.testing.assert_allclose(line.x[:], x, rtol=1e-12, err_msg=label)
+            np.testing.assert_allclose(line.y[:] / chart.unit(True)[1], y, rtol=1e-9, atol=1e-12, err_msg=label)
 
     def rules(self, key: str) -> list[tuple[float, str]]:
         """Return place and text of the upright lines of a chart."""

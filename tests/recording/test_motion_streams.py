@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.data import Array, ImuData, NavSolution, NavState, blocks
 from sinssim.recording import streams
-from sinssim.recording.streams import Stream, blocks
+from sinssim.recording.streams import Stream
 from sinssim.sensors.sets.fault_detection import Monitored
 from sinssim.sensors.sets.sensor_readings import Readings
 from sinssim.strapdown.navigation_error import NavError

@@ -8,8 +8,9 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from sinssim.recording import streams
-from sinssim.recording.streams import Computed, Stream, Vector, channel_streams
+from sinssim import data
+from sinssim.data import Computed
+from sinssim.recording.streams import Stream, Vector, channel_streams, write_stream
 from sinssim.truth.sampling import Channel
 
 
@@ -30,15 +31,15 @@ def test_columns_of_channels_carry_their_unit_once(name: str, unit: str, column:
 
 @pytest.mark.parametrize("count", [0, 1, 100, 101, 250])
 def test_a_stream_is_written_block_by_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int) -> None:
-    monkeypatch.setattr(streams, "BLOCK", 100)
+    monkeypatch.setattr(data, "BLOCK", 100)
     time, rows, asked = np.arange(float(count)), np.random.default_rng(1).normal(size=(count, 2)), []
 
-    def squares(part: slice) -> streams.Array:
+    def squares(part: slice) -> data.Array:
         asked.append(part.stop - part.start)
         return rows[part] ** 2
 
-    stream = Stream("s", time, (Vector("a", ("a0", "a1"), rows), Vector("b", ("b0", "b1"), Computed(squares))))
-    table = pq.read_table(streams.write_stream(stream, tmp_path))
+    stream = Stream("s", time, (Vector("a", ("a0", "a1"), rows), Vector("b", ("b0", "b1"), Computed(count, squares))))
+    table = pq.read_table(write_stream(stream, tmp_path))
     assert table.column_names == ["time_s", "a0", "a1", "b0", "b1"]
     np.testing.assert_array_equal(table["time_s"], time)
     for k in range(2):

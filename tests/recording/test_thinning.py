@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sinssim.data import BLOCK
 from sinssim.recording.rerun.rrd import AROUND, COLUMNS, is_long, screen_rows, screen_vectors
-from sinssim.recording.streams import BLOCK, Stream, Vector
+from sinssim.recording.streams import Stream, Vector
 
 COUNT = 200_004
 """No multiple of a column of pixels is a row: 200 003 and 4000 have no common divisor."""

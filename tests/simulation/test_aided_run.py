@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from sinssim import data
 from sinssim.errors import InputError, RunError
 from sinssim.estimation import state_errors
 from sinssim.estimation.consistency import nees
@@ -19,7 +20,6 @@ from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import draw
 from sinssim.sensors.sets.sensor_readings import draw_true_errors
-from sinssim.simulation import truth_comparison
 from sinssim.simulation.aided_run import aid_run
 from tests.slow import slow
 
@@ -172,7 +172,7 @@ def test_true_parameters_are_this_runs_errors(monkeypatch):
     np.testing.assert_allclose(result.state_errors[:, :9], expected[:, :9], rtol=1e-9, atol=1e-9)
     np.testing.assert_array_equal(result.state_errors_at(np.array([3, 5])), result.state_errors[[3, 5]])
     np.testing.assert_array_equal(result.block_error("baro bias")[:, 0], result.state_errors[:, -1])
-    monkeypatch.setattr(truth_comparison, "BLOCK", 100)
+    monkeypatch.setattr(data, "BLOCK", 100)
     whole = result.error
     np.testing.assert_array_equal(np.concatenate([e.attitude for e in result.error_blocks()]), whole.attitude)
     rows = np.array([-1, 3, 250, 99, 100])

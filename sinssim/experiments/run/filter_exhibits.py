@@ -8,13 +8,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Dots, Line, Mark, Rule, over
-from sinssim.data import Array
+from sinssim.data import Array, Computed
 from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
 from sinssim.experiments.run.filter_remedies import what_to_try
 from sinssim.experiments.run.filter_summary import for_people, sentences
@@ -283,11 +284,10 @@ def innovation_charts(sensors: Sequence[Innovations], span: tuple[float, float])
     for lane, (sensor, color) in enumerate(zip(sensors, paint, strict=True)):
         dots: list[Dots] = []
         for label, rows, paint_, size in _decided(sensor, color):
-            time = sensor.time[rows]
-            ratio = np.clip(sensor.value[rows] / sensor.sigma_at(rows), -EDGE, EDGE)
-            for i, values in enumerate(ratio.T):
-                dots.append(Dots(label="" if i else label, x=time, y=values, color=paint_, size=size))
-            name, place = sensor.sensor if label == "accepted" else label, np.full(len(time), float(lane))
+            time, *ratios = _over_sigma(sensor, rows)
+            for i, ratio in enumerate(ratios):
+                dots.append(Dots(label="" if i else label, x=time, y=ratio, color=paint_, size=size))
+            name, place = sensor.sensor if label == "accepted" else label, np.broadcast_to(float(lane), len(rows))
             decisions.append(Dots(label=name, x=time, y=place, color=paint_, size=size))
         title = f"{sensor.sensor} innovations"
         marks: tuple[Mark, ...] = (*bounds, *dots)
@@ -305,14 +305,27 @@ def innovation_charts(sensors: Sequence[Innovations], span: tuple[float, float])
     yield Charts("gate", ((of_gate, means),), PAIR, on=("recording",))
 
 
-def _decided(sensor: Innovations, color: Color) -> Iterator[tuple[str, NDArray[np.intp], Color, float]]:
+def _over_sigma(sensor: Innovations, rows: NDArray[np.int32]) -> Iterator[Computed]:
+    """Yield the times of some innovations, and each component in units of its σ, which are computed when drawn."""
+    count = len(rows)
+
+    def ratio(component: int, part: slice) -> Array:
+        some = rows[part]
+        over: Array = sensor.value[some, component] / sensor.sigma_at(some)[:, component]
+        return over.clip(-EDGE, EDGE)
+
+    yield Computed(count, lambda part: sensor.time[rows[part]])
+    yield from (Computed(count, partial(ratio, i)) for i in range(sensor.value.shape[1]))
+
+
+def _decided(sensor: Innovations, color: Color) -> Iterator[tuple[str, NDArray[np.int32], Color, float]]:
     """Yield the accepted and the rejected innovations: name, rows, colour and size of their dots."""
     known = np.isfinite(sensor.nis)
     for name, which, paint, size in (
         ("accepted", sensor.accepted, color, 1.2),
         ("rejected", ~sensor.accepted, "refused", 2.6),
     ):
-        rows = np.flatnonzero(known & which)
+        rows = np.flatnonzero(known & which).astype(np.int32)  # a day has millions
         if len(rows):
             yield name, rows, paint, size
 

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import rotation, units
-from sinssim.data import Array, NavSolution, NavState
+from sinssim.data import Array, NavSolution, NavState, blocks
 from sinssim.recording import style
 from sinssim.recording.rerun.scene import Scene
-from sinssim.recording.streams import Stream, Vector, blocks
+from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import RowNumbers, thinned
 from sinssim.truth.sampling import FlightEvent
 

@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim import earth, rotation
-from sinssim.data import Array, NavSolution, NavState
+from sinssim.data import Array, Computed, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.earth.transverse_route import route_pole
 from sinssim.recording.streams import (
-    Computed,
     Stream,
     Vector,
     error_stream,
@@ -97,7 +96,8 @@ def _state_stream(aided: Aided) -> Stream:
             vectors.append(Vector(name, columns, estimate.parameters[block.name]))
             errors = tuple(f"error_{column}" for column in columns)
             if aided.true_parameters_known:
-                vectors.append(Vector(f"error_{name}", errors, Computed(partial(aided.block_error, block.name))))
+                error = Computed(len(estimate.time), partial(aided.block_error, block.name))
+                vectors.append(Vector(f"error_{name}", errors, error))
         vectors.append(Vector(f"sigma_{name}", tuple(f"sigma_{column}" for column in columns), estimate.sigma[:, rows]))
     return Stream("filter", estimate.time, tuple(vectors))
 
@@ -132,14 +132,14 @@ def _readings(measurements: Measurements, innovations: Innovations | None) -> St
 def _later(before: int, count: int, without: ArrayLike, at: Callable[[Rows], Array]) -> Computed:
     """Return rows that follow some without values, from a function of their numbers."""
     if not before:
-        return Computed(at)
+        return Computed(count, at)
 
     def rows_of(rows: slice) -> Array:
         number = np.arange(-before, count - before)[rows]
         known = at(number[number >= 0])
         return np.concatenate((np.broadcast_to(without, (len(number) - len(known), known.shape[1])), known))
 
-    return Computed(rows_of)
+    return Computed(count, rows_of)
 
 
 Motion = NavState | NavSolution
@@ -259,7 +259,7 @@ def _stream(name: str, time: Array, columns: dict[str, tuple[str, ...]], parts: 
     block = lru_cache(maxsize=2)(lambda start, stop: parts(slice(start, stop)))
 
     def part(number: int) -> Computed:
-        return Computed(lambda rows: block(rows.start, rows.stop)[number])
+        return Computed(len(time), lambda rows: block(rows.start, rows.stop)[number])
 
     return Stream(name, time, tuple(Vector(key, names, part(i)) for i, (key, names) in enumerate(columns.items())))
 

@@ -12,6 +12,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from sinssim.charts import Band, Chart, Charts, Cloud, Color, Dots, Limit, Line, Rule, Shares
+from sinssim.data import Computed, Rows
 from sinssim.exhibits import Beside, Exhibits, Item, Picture, Points, Section, Sentence, Table, Verbatim
 from sinssim.formatting import capital
 from sinssim.recording import style
@@ -125,13 +126,20 @@ def record_chart(recording: Recording, entity: str, chart: Chart, start: float) 
     dots = [(m, c) for m, c in zip(chart.marks, style.of_marks(chart.marks), strict=True) if isinstance(m, Dots)]
     for number, (mark, color) in enumerate(dots):
         recording.points(
-            f"{entity}/dots_{number}", len(mark.x), start + mark.x, mark.y[:, np.newaxis] / size, [mark.label],
-            style.rgb_of(color), marker="circle", size=mark.size,
+            f"{entity}/dots_{number}", *_blockwise(mark, start, size), [mark.label], style.rgb_of(color),
+            marker="circle", size=mark.size,
         )  # fmt: skip
     below = [ends for place, ends in recording.ranges.items() if place == entity or place.startswith(f"{entity}/")]
     if below:
         recording.ranges[entity] = _ends(chart, below)
         _limits(recording, entity, chart, start)
+
+
+def _blockwise(dots: Dots, start: float, size: float) -> tuple[Rows, Rows]:
+    """Return the times of dots, s, and their values in a unit, (N, 1), block by block."""
+    count = len(dots.x)
+    time = Computed(count, lambda rows: start + dots.x[rows])
+    return time, Computed(count, lambda rows: dots.y[rows][:, np.newaxis] / size)
 
 
 def _lines_of(chart: Chart) -> Iterator[tuple[Line, style.Rgb, float]]:
@@ -232,7 +240,7 @@ def _limits(recording: Recording, entity: str, chart: Chart, start: float) -> No
             )
         else:
             at = np.array([start + limit.at])
-            recording.points(place, 1, at, np.full((1, 1), height), [limit.label], color, marker="down", size=6.0)
+            recording.points(place, at, np.full((1, 1), height), [limit.label], color, marker="down", size=6.0)
         low, high = min(low, height), max(high, height)
     recording.ranges[entity] = (low, high)
 

@@ -20,11 +20,11 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from sinssim.data import Array
+from sinssim.data import Array, Rows, blocks
 from sinssim.errors import RunError
 from sinssim.jit import strict_kernel
 from sinssim.recording import style
-from sinssim.recording.streams import Rows, Stream, blocks
+from sinssim.recording.streams import Stream
 from sinssim.recording.style import RowNumbers
 from sinssim.system.outputs import draft
 from sinssim.truth.sampling import FlightEvent
@@ -124,7 +124,7 @@ TIMELINE = "sim_time"
 STREAMS = "streams"
 """Parent of the exact streams' entities, `streams/<stream>/<vector>`."""
 CHUNK_ROWS = 65536
-_MOST_WAITING = 1 << 23
+_MOST_WAITING = 1 << 21
 """Bytes that may wait in memory to be written."""
 _PIPES_HAVE_NAMES = os.path.isdir("/dev/fd")  # not on Windows: there Rerun writes the file itself
 
@@ -322,7 +322,6 @@ class Recording:
     def points(
         self,
         entity: str,
-        rows: int,
         time: Rows,
         values: Rows,
         names: Sequence[str],
@@ -334,7 +333,6 @@ class Recording:
         """Record dots for a plot, in display units.
 
         Args:
-            rows: their number N.
             time: (N,) s.
             values: (N, k); a NaN gives no dot.
             marker: their shape: "circle", "cross" or another shape of Rerun.
@@ -346,7 +344,7 @@ class Recording:
         )
         self.static(entity, dots)
         low, high = np.inf, -np.inf
-        for part in blocks(rows):
+        for part in blocks(len(time)):
             block = values[part]
             self._scalars(entity, time[part], block)
             low = np.fmin(low, np.fmin.reduce(block, axis=None, initial=np.inf))

@@ -10,13 +10,12 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from sinssim import earth, rotation
+from sinssim import data, earth, rotation
 from sinssim.data import Array, NavSolution
 from sinssim.earth.transverse_route import route_pole
 from sinssim.errors import InputError
 from sinssim.experiments.run.execute import run
 from sinssim.experiments.run.run_streams import CoordinateStreams
-from sinssim.recording import streams
 from sinssim.recording.streams import Stream
 from sinssim.scenario import Scenario
 from sinssim.strapdown.solution_coordinates import conditional, earth_fixed, inertial, level_axes
@@ -63,7 +62,7 @@ def test_a_frame_records_its_own_coordinates(tmp_path: Path, frame: str, expecte
 
 
 def test_every_kind_holds_the_motion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(streams, "BLOCK", 64)  # several blocks
+    monkeypatch.setattr(data, "BLOCK", 64)  # several blocks
     kinds = ["earth-fixed", "inertial", "frame", "conditional", "pz-90.11", "krasovsky-1940"]
     folder = tmp_path / "run"
     result = run(flight("transverse", coordinates=kinds, angles="-180..180"), folder)

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from sinssim import data
+from sinssim.data import Computed
 from sinssim.experiments.run.run_recording import draw_coordinates
-from sinssim.recording import streams
-from sinssim.recording.streams import Computed, Stream, Vector
+from sinssim.recording.streams import Stream, Vector
 from sinssim.units import DEG
 
 
@@ -23,14 +24,14 @@ class Drawn:
 
 
 def test_units_and_rows(monkeypatch: Any) -> None:
-    monkeypatch.setattr(streams, "BLOCK", 7)
+    monkeypatch.setattr(data, "BLOCK", 7)
     time, rng = np.arange(50.0), np.random.default_rng(1)
     far, near, angle, q = 6e6 + rng.random((50, 3)), rng.random((50, 3)), rng.random((50, 1)), rng.random((50, 4))
     stream = Stream(
         "inertial_euler",
         time,
         (
-            Vector("position", ("x_i_m", "y_i_m", "z_i_m"), Computed(lambda rows: far[rows])),
+            Vector("position", ("x_i_m", "y_i_m", "z_i_m"), Computed(50, lambda rows: far[rows])),
             Vector("place", ("x_m", "y_m", "z_m"), near),
             Vector("velocity", ("vx_i_mps", "vy_i_mps", "vz_i_mps"), far),
             Vector("heading", ("heading_from_x_rad",), angle),
