@@ -12,14 +12,13 @@ import argparse
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from sinssim.charts import Axis, Chart, Charts, Line, Rule
 from sinssim.data import Array
-from sinssim.recording.figures import new_figure, save, styled
-from sinssim.recording.style import COLORS, LINE, SOFT, THIN, css
+from sinssim.recording.figures import figure_of, save
 from sinssim.strapdown import one_component_system
 from sinssim.strapdown.one_component_system import accelerometer_error, gyro_error
-from sinssim.units import ARCMIN, DEG_H, UG
+from sinssim.units import ARCMIN, DEG_H, UG, fixed
 
 ACCELEROMETER_BIAS = 100.0 * UG
 """Accelerometer error of figure 8.4 a [m/s²]."""
@@ -29,6 +28,7 @@ GYRO_DRIFT = 0.01 * DEG_H
 
 _DURATION = 8000.0  # s, the figure's time axis
 _INTERVAL = 1.0  # s; the Runge-Kutta step leaves 1e-13 of the amplitude
+_TIME = Axis(label="time", units=fixed("s"), low=0.0, high=_DURATION)
 
 
 def error_runs() -> tuple[Array, Array, Array]:
@@ -45,55 +45,31 @@ def error_runs() -> tuple[Array, Array, Array]:
     return time, biased.coordinate, drifting.coordinate
 
 
-@styled
-def figure_8_4() -> Figure:
-    """Draw figure 8.4 a and b: the simulation over the closed forms (8.13) and (8.15).
-
-    Returns:
-        The figure.
-    """
+def figure_8_4() -> Charts:
+    """Return figure 8.4 a and b: the simulation over the closed forms (8.13) and (8.15)."""
     time, by_accelerometer, by_gyro = error_runs()
     rate = one_component_system.schuler_rate()
-    panels = (
-        (
-            "a   accelerometer error, 100 µg",
-            by_accelerometer,
-            one_component_system.accelerometer_error(time, ACCELEROMETER_BIAS),
-            "Δy = (Δa/g)(1 − cos ω$_s$t)   (8.13)",
-            (),
-        ),
-        (
-            "b   gyro error, 0.01 °/h",
-            by_gyro,
-            one_component_system.gyro_error(time, GYRO_DRIFT),
-            "Δy = Δω$_0$(t − sin ω$_s$t / ω$_s$)   (8.15)",
-            (
-                ("Δω$_0$t", GYRO_DRIFT * time, "-."),
-                ("−Δω$_0$sin ω$_s$t / ω$_s$", -GYRO_DRIFT * np.sin(rate * time) / rate, ":"),
-            ),
-        ),
+    components = (
+        Line(label="Δω₀t", x=time, y=GYRO_DRIFT * time, color="soft", dash="-."),
+        Line(label="−Δω₀ sin ωₛt / ωₛ", x=time, y=-GYRO_DRIFT * np.sin(rate * time) / rate, color="soft", dash=":"),
     )
-    figure = new_figure(7.0, 7.0)
     period = 2.0 * np.pi / rate
-    for axes, (title, simulated, closed, formula, components) in zip(
-        figure.subplots(2, 1, sharex=True), panels, strict=True
-    ):
-        axes.plot(time, closed / ARCMIN, color=css(COLORS["poisson"]), linewidth=LINE * 4.0, alpha=0.6, label=formula)
-        axes.plot(time, simulated / ARCMIN, color=css(COLORS["measured-attitude"]), label="simulation")
-        for words, component, dash in components:
-            axes.plot(time, component / ARCMIN, color=SOFT, linewidth=LINE, linestyle=dash, label=words)
-        axes.axvline(period, color=SOFT, linewidth=THIN, linestyle="--")
-        label = f" T$_s$ = {period / 60.0:.1f} min"
-        axes.text(period, 0.9, label, transform=axes.get_xaxis_transform(), color=SOFT)
-        axes.set(title=title, ylabel="error Δy of the coordinate [arcmin]", xlim=(0.0, _DURATION))
-        lowest = min((float(component.min()) for _, component, _ in components), default=0.0)
-        axes.set_ylim(1.3 * lowest / ARCMIN, 1.4 * float(simulated.max()) / ARCMIN)  # room for the legend
-        axes.legend(loc="upper left")
-        miles = axes.secondary_yaxis("right", functions=(lambda y: y, lambda y: y))
-        miles.set_ylabel("≈ nautical miles")
-    figure.axes[-1].set_xlabel("time [s]")
-    figure.align_ylabels(figure.axes)
-    return figure
+    mark = Rule(at=period, upright=True, text=f"Tₛ = {period / 60.0:.1f} min", dash="--")
+
+    def chart(key: str, title: str, formula: str, closed: Array, simulated: Array, *more: Line) -> Chart:
+        wide = Line(label=formula, x=time, y=closed, color="poisson", weight="wide")
+        over = Line(label="simulation", x=time, y=simulated, color="measured-attitude")
+        high = 1.4 * float(simulated.max())  # room for the legend
+        low = 1.3 * min((float(line.y.min()) for line in more), default=0.0)
+        y = Axis(label="error Δy of the coordinate", units=fixed("arcmin", ARCMIN), low=low, high=high)
+        return Chart(key=key, title=f"{key}   {title}", x=_TIME, y=y, marks=(mark, wide, over, *more))
+
+    a = chart("a", "accelerometer error, 100 µg", "Δy = (Δa/g)(1 − cos ωₛt)   (8.13)",
+              accelerometer_error(time, ACCELEROMETER_BIAS), by_accelerometer)  # fmt: skip
+    b = chart("b", "gyro error, 0.01 °/h", "Δy = Δω₀(t − sin ωₛt / ωₛ)   (8.15)",
+              gyro_error(time, GYRO_DRIFT), by_gyro, *components)  # fmt: skip
+    note = "An arcminute of the coordinate is about a nautical mile."
+    return Charts("figure_8_4", ((a,), (b,)), (7.0, 7.0), note=note, share="x")
 
 
 def main() -> None:
@@ -108,7 +84,7 @@ def main() -> None:
     ):
         apart = float(np.abs(simulated - closed).max() / np.abs(closed).max())
         print(f"{name}: simulation and closed form differ by {apart:.1e} of the largest error")
-    figure, files = figure_8_4(), [folder / f"figure_8_4.{suffix}" for suffix in ("svg", "png")]
+    figure, files = figure_of(figure_8_4()), [folder / f"figure_8_4.{suffix}" for suffix in ("svg", "png")]
     for file in files:
         save(figure, file)
     print("Figures:", *files)

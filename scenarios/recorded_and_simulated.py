@@ -24,13 +24,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from support.log_likelihood import FACTORS, KEYS, most_likely
-from support.twin_figure import twin_figure
+from support.twin_figure import twin_charts
 
 import sinssim
 from sinssim import rotation
 from sinssim.analyses.noise.allan_deviation import AllanDeviation, allan_deviation
 from sinssim.data import ImuData
-from sinssim.recording.figures import save
+from sinssim.recording.figures import figure_of, save
 from sinssim.scenario import Scenario
 from sinssim.simulation.recorded_filter_run import Prepared, prepare
 from sinssim.toml_file import read_toml
@@ -274,7 +274,7 @@ def study(options: argparse.Namespace) -> dict[str, Any]:
     text = words(values, sides)
     (out / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     (out / "summary.md").write_text(text, encoding="utf-8")
-    figure = twin_figure(sides, options.length_s)
+    figure = figure_of(twin_charts(sides, options.length_s))
     for suffix in ("svg", "png"):
         save(figure, out / f"recorded_and_simulated.{suffix}")
     print(f"\n{text}\nEverything is in {out}")

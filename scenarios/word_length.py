@@ -27,10 +27,9 @@ import argparse
 import csv
 import math
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from matplotlib.figure import Figure
 from rich import box
 from rich.console import Console
 from rich.table import Table
@@ -53,18 +52,18 @@ from support.word_errors import (
 from support.words import engine
 
 from sinssim import earth, rotation
+from sinssim.charts import Axis, Chart, Charts, Dots, Line, Mark, Rule
 from sinssim.data import Array, ImuData
 from sinssim.earth.gravity import EarthParameters
 from sinssim.experiments.studies.position_claims import COMPUTER_SHARE as SHARE
 from sinssim.recording import style
-from sinssim.recording.figures import new_figure, save, styled
-from sinssim.recording.style import SOFT, css
+from sinssim.recording.figures import figure_of, save
 from sinssim.sensors.error_propagation import expect
 from sinssim.sensors.imu.grades import GRADES
 from sinssim.sensors.imu.imu import Imu
 from sinssim.strapdown.coning_sculling import weight_table
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
-from sinssim.units import ARCSEC, DEG, DEG_H, DEG_SQRT_H, UG
+from sinssim.units import ARCSEC, DEG, DEG_H, DEG_SQRT_H, UG, fixed
 
 LOST = 1e6  # m: a solution this far off is no solution
 
@@ -306,37 +305,32 @@ def show(
     )
 
 
-@styled
-def draw(rows: list[dict[str, Any]], sensors: dict[str, float]) -> Figure:
-    """Draw the position error over the word length, runs over closed forms, beside 1 % of that of the sensors."""
-    figure = new_figure(11.0, 5.0)
+def charts_of(rows: list[dict[str, Any]], sensors: dict[str, float]) -> Charts:
+    """Return the position error over the word length, runs over closed forms, beside 1 % of that of the sensors."""
     time, f = rows[0]["time_s"], rows[0]["rate_hz"]
     names = dict.fromkeys(r["variable"] for r in rows)
-    panels = zip(figure.subplots(1, 2, sharey=True), ("position_m", "cut_position_m"), strict=True)
-    for axes, key in panels:
-        for name, color, marker in zip(names, style.colors([f"{n} words" for n in names]), "osD^vP", strict=False):
-            own = [r for r in rows if r["variable"] == name]
-            fine = np.linspace(own[0]["bits"], own[-1]["bits"], 50)
-            lines = [grown(name, lsb_of(name, 0, f) * 2.0**-n, f, time, key[:3] == "cut") for n in fine]
-            axes.semilogy(fine, lines, color=css(color), lw=style.THIN)
-            label = ALGORITHMS.get(name, name)
-            axes.semilogy([r["bits"] for r in own], [r[key] for r in own], marker, ms=4, color=css(color), label=label)
-        for grade, total in sensors.items():
-            axes.axhline(SHARE * total, color=SOFT, lw=style.THIN, ls=":")
-            axes.annotate(
-                f"{100.0 * SHARE:g} % of {grade}", (0.99, SHARE * total), xycoords=("axes fraction", "data"),
-                ha="right", va="bottom", color=SOFT, fontsize="x-small",
-            )  # fmt: skip
-        axes.set(
-            xlabel="word length [bits]",
-            ylim=(1e-4, LOST),
-            xlim=(own[0]["bits"] - 1, own[-1]["bits"] + 6),
-            xticks=[r["bits"] for r in own],
-        )
-        axes.set_title("rounded (lines: 1σ)" if key[:3] != "cut" else "cut off (lines: at most)")
-    axes.legend(fontsize="small")
-    figure.axes[0].set_ylabel(f"position error after {time / 60.0:g} min at {f:g} Hz [m]")
-    return figure
+    paint = style.colors([f"{name} words" for name in names])
+    limits = [Rule(at=SHARE * total, text=f"{100.0 * SHARE:g} % of {grade}", dash=":")
+              for grade, total in sensors.items()]  # fmt: skip
+    y = Axis(label=f"position error after {time / 60.0:g} min at {f:g} Hz", units=fixed("m"), log=True, low=1e-4,
+             high=LOST)  # fmt: skip
+
+    def chart(key: str, title: str, cut: bool, legend: Literal["inside", "none"]) -> Chart:
+        marks = list[Mark](limits)
+        for name, color, marker in zip(names, paint, "osD^vP", strict=False):
+            runs = [r for r in rows if r["variable"] == name]
+            bits = np.array([float(r["bits"]) for r in runs])
+            fine = np.linspace(bits[0], bits[-1], 50)
+            closed = np.array([grown(name, lsb_of(name, 0, f) * 2.0**-n, f, time, cut) for n in fine])
+            marks += [Line(x=fine, y=closed, color=color, weight="thin"),
+                      Dots(label=ALGORITHMS.get(name, name), x=bits, y=np.array([r[key] for r in runs]), color=color,
+                           marker=marker, size=5.0)]  # fmt: skip
+        x = Axis(label="word length", units=fixed("bits"), low=bits[0] - 1.0, high=bits[-1] + 12.0, ticks=tuple(bits))
+        return Chart(key=key, title=title, x=x, y=y, marks=tuple(marks), legend=legend)
+
+    rounded = chart("position_m", "rounded (lines: 1σ)", False, "none")
+    cut = chart("cut_position_m", "cut off (lines: at most)", True, "inside")
+    return Charts("word_length", ((rounded, cut),), (11.0, 6.0), share="y")
 
 
 def main() -> None:
@@ -378,7 +372,7 @@ def main() -> None:
             writer = csv.DictWriter(file, list(table[0]))
             writer.writeheader()
             writer.writerows(table)
-    figure = draw(at_100, {w["grade"]: w["sensors_m"] for w in words})
+    figure = figure_of(charts_of(at_100, {w["grade"]: w["sensors_m"] for w in words}))
     for suffix in ("svg", "png"):
         save(figure, folder / f"word_length.{suffix}")
     console.print(f"Figure and tables (CSV) are in {folder}.", soft_wrap=True)

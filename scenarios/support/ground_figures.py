@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 from sinssim.alignment.alignment_budget import Method
 from sinssim.alignment.parked_theory import Angles, Array, Attitude
 from sinssim.analyses.alignment_result import bars, curves
-from sinssim.charts import Charts
+from sinssim.charts import Axis, Chart, Charts, Histogram, Line, Mark
 from sinssim.recording import style
 from sinssim.recording.figures import figure_of, new_figure, styled
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.units import ARCMIN, DEG
+from sinssim.units import ARCMIN, DEG, fixed
 
 _THRESHOLD = style.css(style.COLORS["quaternion"])  # light blue: visible on the colours of the map
 _COLORS = {name: style.css(style.COLORS[name]) for name in Angles._fields}
@@ -157,7 +157,6 @@ def validity_map(
     return figure
 
 
-@styled
 def disturbed_comparison(
     quiet_sigma: float, cone_sigma: float, cone_errors: Array, mean_errors: Array, title: str
 ) -> Figure:
@@ -173,27 +172,26 @@ def disturbed_comparison(
     Returns:
         The figure.
     """
-    figure = new_figure(9.0, 4.2)
-    left, right = figure.subplots(1, 2)
-    limit = 4.0 * cone_sigma / ARCMIN
-    left.hist(
-        cone_errors / ARCMIN, bins=np.linspace(-limit, limit, 41), density=True, color=_COLORS["heading"], alpha=0.5
-    )
-    grid = np.linspace(-limit, limit, 400)
-    for sigma, color, label in (
-        (cone_sigma, _COLORS["heading"], "theory of the cone"),
-        (quiet_sigma, style.SOFT, "eq. (1) on a quiet base, theory"),
-    ):
-        s = sigma / ARCMIN
-        left.plot(grid, np.exp(-0.5 * (grid / s) ** 2) / (s * np.sqrt(2 * np.pi)), color=color, label=label)
-    left.set(
-        xlabel="heading error [arcmin]",
-        ylabel="probability density [1/arcmin]",
-        title="gravity's cone in inertial space",
-    )
-    left.set_ylim(0.0, 1.35 * left.get_ylim()[1])
-    left.legend()
-    right.hist(mean_errors / DEG, bins=40, density=True, color=_COLORS["roll"], alpha=0.6)
-    right.set(xlabel="heading error [°]", ylabel="probability density [1/°]", title="eq. (1) on the same data")
-    figure.suptitle(title)
-    return figure
+    cone = Histogram(values=cone_errors, color="bound")
+    width = float(np.diff(cone.counted[0])[0])
+    error = np.linspace(-4.0 * cone_sigma, 4.0 * cone_sigma, 400)
+    theories = (
+        Line(label=label, x=error, y=len(cone_errors) * width * density(error, sigma), color=color)
+        for sigma, color, label in (
+            (cone_sigma, "heading", "theory of the cone"), (quiet_sigma, "ink", "eq. (1) on a quiet base, theory"),
+        )
+    )  # fmt: skip
+    equation = Histogram(values=mean_errors, color="roll")
+
+    def chart(title: str, unit: str, size: float, *marks: Mark) -> Chart:
+        x, y = Axis(label="heading error", units=fixed(unit, size)), Axis(label="runs", low=0.0)
+        return Chart(key=unit, title=title, x=x, y=y, marks=marks, room=1.35)  # for the legend
+
+    charts = (chart("gravity's cone in inertial space", "arcmin", ARCMIN, cone, *theories),
+              chart("eq. (1) on the same data", "°", DEG, equation))  # fmt: skip
+    return figure_of(Charts("disturbed_base", (charts,), (9.0, 4.2), title))
+
+
+def density(error: Array, sigma: float) -> Array:
+    """Return the density of normal errors with a standard deviation, 1/rad."""
+    return np.asarray(np.exp(-0.5 * (error / sigma) ** 2) / (sigma * np.sqrt(2.0 * np.pi)))

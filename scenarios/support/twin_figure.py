@@ -1,89 +1,83 @@
-"""The figure of a recorded drive and its simulated twin."""
+"""The charts of a recorded drive and its simulated twin."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from sinssim.recording import style
-from sinssim.recording.figures import new_figure, styled
-from sinssim.units import DEG_H, UG
+from sinssim.charts import Axis, Band, Chart, Charts, Dash, Line, Mark
+from sinssim.data import Array
+from sinssim.units import DEG_H, UG, Scale, fixed
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-COLORS = {"recorded": style.css(style.COLORS["measured"]), "simulated": style.css(style.COLORS["aided"])}
-
-_BOLD = 1.6 * style.LINE
+_COLORS = {"recorded": "measured", "simulated": "aided"}
+_DASHES: tuple[Dash, ...] = ("", "--", ":")
+_METRES = fixed("m")
 
 
-@styled
-def twin_figure(sides: dict[str, Any], length: float) -> Figure:
-    """Draw outages, innovations and Allan deviations of both sides.
+def twin_charts(sides: dict[str, Any], length: float) -> Charts:
+    """Return outages of a length, s, innovations and Allan deviations of both sides.
 
     Args:
         sides: "recorded" and "simulated", `Side` of the study.
-        length: of the outages, s.
-
-    Returns:
-        The figure.
     """
-    figure = new_figure(11.0, 10.0)
-    panels = figure.subplots(3, 2)
-    _growth(panels[0, 0], sides, length)
-    _at_end(panels[0, 1], sides)
-    for panel, sensor in zip(panels[1], sides["recorded"].innovations, strict=False):
-        _innovations(panel, sides, sensor)
-    for panel in panels[1][len(sides["recorded"].innovations) :]:
-        panel.set_axis_off()
-    _allan(panels[2, 0], sides, slice(0, 3), "gyros", "°/h", DEG_H)
-    _allan(panels[2, 1], sides, slice(3, 6), "accelerometers", "µg", UG)
-    return figure
+    innovations = tuple(_innovations(sides, sensor) for sensor in sides["recorded"].innovations)
+    gyros = _allan(sides, slice(0, 3), "gyros", fixed("°/h", DEG_H))
+    accelerometers = _allan(sides, slice(3, 6), "accelerometers", fixed("µg", UG))
+    rows = ((_growth(sides, length), _at_end(sides)), innovations, (gyros, accelerometers))
+    return Charts("recorded_and_simulated", rows, (11.0, 10.0))
 
 
-def _growth(panel: Any, sides: dict[str, Any], length: float) -> None:
+def _growth(sides: dict[str, Any], length: float) -> Chart:
     at = np.linspace(0.1, length, 60)
+    bands, lines = list[Mark](), list[Mark]()
     for name, side in sides.items():
-        curves = np.array([np.interp(at, time, error) for time, error in side.growth])
-        low, middle, high = np.percentile(curves, [10.0, 50.0, 90.0], axis=0)
-        panel.fill_between(at, low, high, color=COLORS[name], alpha=0.18, lw=0)
-        panel.plot(at, middle, color=COLORS[name], lw=_BOLD, label=f"{name}: median, 10–90 %")
-    panel.set(title=f"outages of {length:g} s", xlabel="time without GNSS [s]", ylabel="horizontal error [m]")
-    panel.set(xlim=(0.0, length), ylim=(0.0, None))
-    panel.legend(loc="upper left")
+        errors = np.array([np.interp(at, time, error) for time, error in side.growth])
+        low, middle, high = np.percentile(errors, [10.0, 50.0, 90.0], axis=0)
+        bands.append(Band(x=at, low=low, high=high, color=_COLORS[name]))
+        lines.append(Line(label=f"{name}: median, 10–90 %", x=at, y=middle, color=_COLORS[name], weight="bold"))
+    x = Axis(label="time without GNSS", units=fixed("s"), low=0.0, high=length)
+    y = Axis(label="horizontal error", units=_METRES, low=0.0)
+    return Chart(key="growth", title=f"outages of {length:g} s", x=x, y=y, marks=(*bands, *lines))
 
 
-def _at_end(panel: Any, sides: dict[str, Any]) -> None:
+def _at_end(sides: dict[str, Any]) -> Chart:
+    lines = []
     for name, side in sides.items():
-        values = np.sort(side.at_end)
-        share = np.arange(1, len(values) + 1) / len(values)
-        panel.step(
-            np.concatenate([[0.0], values]), 100.0 * np.concatenate([[0.0], share]), where="post", color=COLORS[name],
-            lw=_BOLD, label=f"{name}, {len(values)} outages",
-        )  # fmt: skip
-    panel.set(title="errors at the ends", xlabel="horizontal error [m]", ylabel="outages below [%]")
-    panel.set(xlim=(0.0, None), ylim=(0.0, 100.0))
-    panel.legend(loc="lower right")
+        count, label = len(side.at_end), f"{name}, {len(side.at_end)} outages"
+        error, below = _stairs(np.sort(np.append(side.at_end, 0.0)), np.arange(count) / count)
+        error, below = np.append(error, error[-1]), np.append(below, 1.0)
+        lines.append(Line(label=label, x=error, y=below, color=_COLORS[name], weight="bold"))
+    x = Axis(label="horizontal error", units=_METRES, low=0.0)
+    y = Axis(label="outages below", units=fixed("%", 0.01), low=0.0, high=1.0)
+    return Chart(key="at_end", title="errors at the ends", x=x, y=y, marks=tuple(lines))
 
 
-def _innovations(panel: Any, sides: dict[str, Any], sensor: str) -> None:
-    edges = np.linspace(-4.0, 4.0, 41)
+def _innovations(sides: dict[str, Any], sensor: str) -> Chart:
+    edges, fine = np.linspace(-4.0, 4.0, 41), np.linspace(-4.0, 4.0, 161)
+    lines = []
     for name, side in sides.items():
-        values = side.innovations[sensor].ravel()
-        panel.hist(values, edges, density=True, histtype="step", color=COLORS[name], lw=_BOLD, label=name)
-    x = np.linspace(-4.0, 4.0, 161)
-    normal = np.exp(-0.5 * x**2) / np.sqrt(2.0 * np.pi)
-    panel.plot(x, normal, color=style.SOFT, lw=style.THIN, ls="--", label="normal")
-    panel.set(title=f"innovations of {sensor}", xlabel="innovation / its 1σ", ylabel="density", xlim=(-4.0, 4.0))
-    panel.legend(loc="upper left")
+        density, _ = np.histogram(side.innovations[sensor], edges, density=True)
+        x, y = _stairs(edges, density)
+        lines.append(Line(label=name, x=x, y=y, color=_COLORS[name], weight="bold"))
+    normal = np.exp(-0.5 * fine**2) / np.sqrt(2.0 * np.pi)
+    lines.append(Line(label="normal", x=fine, y=normal, color="soft", weight="thin", dash="--"))
+    across, upright = Axis(label="innovation / its 1σ", low=-4.0, high=4.0), Axis(label="density", low=0.0)
+    return Chart(key=sensor, title=f"innovations of {sensor}", x=across, y=upright, marks=tuple(lines))
 
 
-def _allan(panel: Any, sides: dict[str, Any], part: slice, what: str, unit: str, size: float) -> None:
-    for name, side in sides.items():
-        for number, one in enumerate(side.deviations[part]):
-            label = f"{name}: {', '.join('xyz')}" if number == 0 else None
-            dashes = ("-", (0, (5, 2)), (0, (1, 1.5)))[number]
-            panel.loglog(one.tau, one.deviation / size, color=COLORS[name], ls=dashes, label=label)
-    panel.set(title=f"errors of the {what}", xlabel="averaging time τ [s]", ylabel=f"Allan deviation [{unit}]")
-    panel.legend(loc="lower left", title="solid x, dashed y, dotted z")
+def _stairs(edges: Array, heights: Array) -> tuple[Array, Array]:
+    """Return the outline of steps with heights, (N,), between edges, (N+1,)."""
+    return np.repeat(edges, 2)[1:-1], np.repeat(heights, 2)
+
+
+def _allan(sides: dict[str, Any], part: slice, what: str, units: Scale) -> Chart:
+    lines = tuple(
+        Line(label="" if number else name, x=one.tau, y=one.deviation, color=_COLORS[name], dash=_DASHES[number])
+        for name, side in sides.items()
+        for number, one in enumerate(side.deviations[part])
+    )
+    x = Axis(label="averaging time τ", units=fixed("s"), log=True)
+    y = Axis(label="Allan deviation", units=units, log=True)
+    title = f"errors of the {what} (solid x, dashed y, dotted z)"
+    return Chart(key=what, title=title, x=x, y=y, marks=lines)

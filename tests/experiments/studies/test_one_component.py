@@ -11,6 +11,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from sinssim.charts import Line
+
 SCRIPT = Path(__file__).parents[3] / "scenarios" / "one_component.py"
 
 
@@ -27,9 +29,9 @@ def test_runs_show_the_closed_forms() -> None:
 
 def test_panel_b_has_both_components_of_8_15() -> None:
     """The line Δω₀ t and the oscillation −Δω₀ sin(ω_s t)/ω_s; their sum is the curve."""
-    panel = runpy.run_path(str(SCRIPT))["figure_8_4"]().axes[1]
-    lines = {str(line.get_label()): np.asarray(line.get_ydata()) for line in panel.lines}
-    parts = [lines["Δω$_0$t"], lines["−Δω$_0$sin ω$_s$t / ω$_s$"]]
+    _, (chart,) = runpy.run_path(str(SCRIPT))["figure_8_4"]().rows
+    lines = {mark.label: mark.y / chart.unit(True)[1] for mark in chart.marks if isinstance(mark, Line)}
+    parts = [lines["Δω₀t"], lines["−Δω₀ sin ωₛt / ωₛ"]]
     assert np.abs(parts[0] + parts[1] - lines["simulation"]).max() < 1e-6
     assert abs(parts[0][-1] - 8000.0 / 3600.0 * 0.01 * 60.0) < 1e-9
 
