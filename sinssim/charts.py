@@ -64,8 +64,25 @@ def extremes(values: Rows) -> Array:
     return np.array([low, high]) if low <= high else np.empty(0)
 
 
+class _Points:
+    """What lines and dots have in common."""
+
+    x: Rows
+    y: Rows
+
+    @cached_property
+    def across(self) -> Array:
+        """`extremes` of x."""
+        return extremes(self.x)
+
+    @cached_property
+    def upright(self) -> Array:
+        """`extremes` of y."""
+        return extremes(self.y)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Line:
+class Line(_Points):
     """A line."""
 
     label: str = ""  # name in the legend; "" for none
@@ -86,16 +103,6 @@ class Line:
         """Name in the legend of a picture."""
         return self.label + self.more
 
-    @cached_property
-    def across(self) -> Array:
-        """`extremes` of x."""
-        return extremes(self.x)
-
-    @cached_property
-    def upright(self) -> Array:
-        """`extremes` of y."""
-        return extremes(self.y)
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Band:
@@ -110,7 +117,7 @@ class Band:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Dots:
+class Dots(_Points):
     """Single points."""
 
     label: str = ""  # name in the legend; "" for none
@@ -122,16 +129,6 @@ class Dots:
     marker: str = "o"  # shape, see `Line`
     # (N,) 1σ drawn as a horizontal line through each point, SI; empty for none
     error: Array = field(default_factory=lambda: np.empty(0))
-
-    @cached_property
-    def across(self) -> Array:
-        """`extremes` of x."""
-        return extremes(self.x)
-
-    @cached_property
-    def upright(self) -> Array:
-        """`extremes` of y."""
-        return extremes(self.y)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -207,6 +204,14 @@ class Limit:
     def label(self) -> str:
         """Its name in a legend."""
         return f"{self.text}: {self.verdict}"
+
+    def is_far(self, most: float) -> bool:
+        """Return whether it is beyond a chart whose highest curve reaches `most`, SI."""
+        return self.height > self.FAR * most
+
+    def name_in(self, most: float) -> str:
+        """Return its name in the legend of such a chart."""
+        return self.label + (" (above the plot)" if self.is_far(most) else "")
 
     @property
     def color(self) -> Color:

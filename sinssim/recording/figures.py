@@ -336,8 +336,8 @@ def _ends(axes: Axes, chart: Chart, x: float, y: float) -> None:
 
 def _limit(axes: Axes, limit: Limit, most: float, x: float, y: float) -> None:
     color, height = style.css_of(limit.color), limit.height / y
-    if limit.height > Limit.FAR * most:
-        axes.plot([], [], color=color, ls="none", marker="v", label=f"{limit.label} (above the plot)")
+    if limit.is_far(most):
+        axes.plot([], [], color=color, ls="none", marker="v", label=limit.name_in(most))
         return
     if limit.at is None:
         axes.axhline(height, color=color, lw=style.THIN, ls="--", label=limit.label)

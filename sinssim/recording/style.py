@@ -196,6 +196,11 @@ def css(color: tuple[int, int, int]) -> str:
     return "#{:02x}{:02x}{:02x}".format(*color)
 
 
+def is_one(color: Color | Sequence[Color]) -> bool:
+    """Return whether a colour is one for all marks, and not one for each."""
+    return isinstance(color, str) or isinstance(color[0], int)
+
+
 def css_of(color: Color) -> str:
     """Return a colour of a chart in CSS notation.
 

@@ -308,7 +308,7 @@ def marks_of(chart: Chart, x: PixelScale, y: PixelScale) -> tuple[list[str], lis
                 if len(mark.error):
                     left, right, level = x(mark.x[:] - mark.error), x(mark.x[:] + mark.error), y(mark.y[:])
                     body.append(segments(left, level, right, level, "mark"))
-                several = not (isinstance(color, str) or isinstance(color[0], int))
+                several = not style.is_one(color)
                 some = slice(None, None, max(1, len(mark.x) // MOST_DOTS))
                 px, py = x(mark.x[some]), y(mark.y[some])
                 paints = [style.css_of(shade) for shade in (color[some] if several else [color] * len(px))]
@@ -433,7 +433,7 @@ def _box(x1: float, y1: float, x2: float, y2: float, color: str) -> str:
 
 def _bars(mark: Bars, color: Any, x: PixelScale, y: PixelScale) -> tuple[list[str], list[str]]:
     """Return bars, and the texts at their ends."""
-    several = not (isinstance(color, str) or isinstance(color[0], int))
+    several = not style.is_one(color)
     paints = [style.css_of(shade) for shade in color] if several else [style.css_of(color)] * len(mark.values)
     along, places = (x, y) if mark.across else (y, x)
     foot = along.start if along.log else float(along(0.0))
@@ -484,7 +484,7 @@ def _rule(mark: Rule, color: str, x: PixelScale, y: PixelScale) -> Iterator[str]
 
 
 def _limit(mark: Limit, most: float, x: PixelScale, y: PixelScale) -> Iterator[str]:
-    if mark.height > Limit.FAR * most:
+    if mark.is_far(most):
         return
     color, height = style.css_of(mark.color), float(y(mark.height))
     if mark.at is None:

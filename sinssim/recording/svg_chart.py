@@ -118,9 +118,7 @@ def _range(chart: Chart, upright: bool) -> tuple[float, float]:
     values = [v[np.isfinite(v)] for v in chart.values(upright)]
     values = [v for v in values if len(v)]
     if upright:
-        near = [
-            mark.height for mark in chart.marks if isinstance(mark, Limit) and mark.height <= Limit.FAR * chart.most
-        ]
+        near = [mark.height for mark in chart.marks if isinstance(mark, Limit) and not mark.is_far(chart.most)]
         values += [np.array([1.1 * height]) for height in near]
         high = high if high is None else max(high, *(1.1 * height for height in near), high)
     least = min((float(v.min()) for v in values), default=0.0)
@@ -344,9 +342,9 @@ def _named(marks: Sequence[Mark], most: float) -> list[Named]:
                 kind = "line"
             if isinstance(mark, Limit):
                 kind = "line" if mark.at is None else "v"
-                label += " (above the plot)" if mark.height > Limit.FAR * most else ""
+                label = mark.name_in(most)
             dash = "--" if isinstance(mark, Limit) else getattr(mark, "dash", "")
-            shade = color if isinstance(color, str) or isinstance(color[0], int) else color[0]
+            shade = color if style.is_one(color) else color[0]
             width = WIDTHS[mark.weight] if isinstance(mark, Line) else 1.6
             entries.append(Named(label, style.css_of(shade), kind, DASHES[dash], width))
     return list(dict.fromkeys(entries))

@@ -169,7 +169,7 @@ def test_added_noise_ends_where_it_is_said_to() -> None:
     found = estimate(ideal, trajectory.state(0.0), [], model, gate=None, added_noise=added)
     variance = found.sigma[:, model.slices["attitude"].stop - 1] ** 2
     expected = 1e-10 + own**2 * found.time + more**2 * np.minimum(found.time, 20.0)
-    np.testing.assert_allclose(variance, expected, rtol=2e-3)
+    np.testing.assert_allclose(variance, expected, rtol=5e-5)  # the Earth's rotation mixes the axes by ω t = 2e-3
 
 
 def shaken(imu: ImuData, seed: int, still: float, moving: float, engine: float) -> ImuData:

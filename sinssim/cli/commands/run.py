@@ -112,7 +112,11 @@ def run(
     from sinssim.system.outputs import check_place
 
     settings = [*with_grade(settings, grade), *_kept(keep, recording)]
-    suggestion = _suggestion(scenario, out, overwrite, trial, has_bars(quiet)) if are_raw(scenario) else None
+    raw = are_raw(scenario)
+    if not (raw or trial):
+        raise typer.BadParameter("--no-trial is for recorded files, whose suggested scenario it leaves untried; "
+                                 f"it would have no effect on the scenario {scenario[0]}")  # fmt: skip
+    suggestion = _suggestion(scenario, out, overwrite, trial, has_bars(quiet)) if raw else None
     plan = _plan(scenario, suggestion, settings, outages)
     _check_view(plan, view)
     directory = out or Path("runs") / plan.name

@@ -177,8 +177,8 @@
     ctx.fillStyle = css("--soft");
     const name = [chart.x.label, chart.x.unit && `[${chart.x.unit}]`].join(" ").trim();
     ctx.fillText(name, bbox.left + bbox.width - ctx.measureText(name).width, bbox.top + bbox.height + 36 * ratio);
-    ctx.fillStyle = css("--ink");
     for (const word of chart.words) {
+      ctx.fillStyle = css(word.soft ? "--soft" : "--ink");
       const long = ctx.measureText(word.text).width, a = x(word.x), b = y(word.y);
       if (a < bbox.left || a > bbox.left + bbox.width || b < bbox.top || b > bbox.top + bbox.height) continue;
       ctx.fillText(word.text, word.left ? a - long - 7 * ratio : a + 7 * ratio, b + (word.below ? 15 : -6) * ratio);
@@ -235,7 +235,7 @@
     place.append(head);
     figure.append(place);
     figure.style.width = `${still.getAttribute("width")}px`;
-    figure.classList.add("drawn");
+    figure.classList.add("drawn"); // the chart measures itself where it is seen
     const vertical = (u, low, high) => {
       if (ends(chart) === chart.x.ends || chart.y.ticks.length) return chart.y.ends;
       const sides = options.flatMap((curve, k) => curve.width && u.series[k + 1].show // lines of few points go on
@@ -289,7 +289,13 @@
       for (const {target, isIntersecting} of seen) {
         if (!isIntersecting) continue;
         sight.unobserve(target);
-        draw(target);
+        try {
+          draw(target);
+        } catch (error) { // the still picture stays
+          target.classList.remove("drawn");
+          target.querySelector(".curves")?.remove();
+          console.error(error);
+        }
       }
     }, {rootMargin: "300px"});
     figures.forEach(figure => sight.observe(figure));

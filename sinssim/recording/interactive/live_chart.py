@@ -40,7 +40,7 @@ def can_live(chart: Chart) -> bool:
         and any(isinstance(mark, Line | Shares) for mark in lines)
         and all(isinstance(mark, Line | Dots | Band | Shares | Rule | Limit | Remark) for mark in chart.marks)
         and all(bool(np.all(np.diff(mark.x[:]) >= 0.0)) for mark in lines)
-        and not any(isinstance(mark, Dots) and (len(mark.error) or not _is_one(mark.color)) for mark in lines)
+        and not any(isinstance(mark, Dots) and (len(mark.error) or not style.is_one(mark.color)) for mark in lines)
     )
 
 
@@ -109,12 +109,12 @@ class _Data:
                 around = [] if mark.low is None or mark.high is None else [mark.low / size, mark.high / size]
                 self._rule(mark.label, paint, mark.at / size, WIDTHS[mark.weight], mark.dash, text=mark.text,
                            upright=mark.upright, band=around)  # fmt: skip
-            case Limit(height=height) if height <= Limit.FAR * chart.most:
+            case Limit():
                 until = None if mark.at is None else mark.at / x
-                self._rule(mark.label, paint, height / y, 1.1, "--", until=until)
+                self._rule(mark.name_in(chart.most), paint, mark.height / y, 1.1, "--", until=until)
             case Remark() if np.isfinite([mark.x, mark.y]).all():
                 self.words.append({"x": mark.x / x, "y": mark.y / y, "text": mark.text, "left": mark.left,
-                                   "below": mark.below})  # fmt: skip
+                                   "below": mark.below, "soft": mark.soft})  # fmt: skip
 
     def _place(self, x: Array) -> int:
         return self.places.setdefault(_coded(x / self.x_size), len(self.places))
@@ -145,10 +145,6 @@ class _Data:
 
 def _dashes(dash: Dash) -> list[float]:
     return [float(length) for length in DASHES[dash].split()]
-
-
-def _is_one(color: Any) -> bool:
-    return isinstance(color, str) or isinstance(color[0], int)
 
 
 def _paint(color: Any) -> str:
@@ -188,7 +184,7 @@ def with_scripts(body: Sequence[str]) -> list[str]:
 
 _HINT = (
     '<p class="note hint" hidden>Drag across a curve to zoom in; a double click shows all again. Move over a curve to '
-    "read its values; click on a name to hide it.</p>"
+    "read its values; click on a name to hide its curve.</p>"
 )
 
 

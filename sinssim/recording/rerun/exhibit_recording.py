@@ -230,7 +230,7 @@ def _limits(recording: Recording, entity: str, chart: Chart, start: float) -> No
     end = max((float(x.max()) for x in chart.values(upright=False) if len(x)), default=0.0)
     limits = [mark for mark in chart.marks if isinstance(mark, Limit)]
     for number, limit in enumerate(limits, start=1):
-        if limit.height > Limit.FAR * most:
+        if limit.is_far(most):
             continue
         height, color = limit.height / size, style.rgb_of(limit.color)
         place = f"{entity}/limit_{number}"

@@ -83,6 +83,11 @@ def test_whether_the_suggested_scenario_is_tried(
         sinssim("run", *log, *option, "--debug")
 
 
+def test_a_scenario_of_ones_own_has_no_trial_to_leave_out() -> None:
+    with pytest.raises(InputError, match="no effect on the scenario first_flight"):
+        sinssim("run", "first_flight", "--no-trial", "--debug")
+
+
 def test_inertial_data_and_fixes_in_one_step(log: tuple[Path, Path], tmp_path: Path) -> None:
     """The scenario is run as `inspect` suggests it; the next test repeats it."""
     shown = sinssim("run", *log, "-o", tmp_path / "run", *KEEP)

@@ -105,8 +105,9 @@ def test_bands_shares_lines_across_and_limits() -> None:
     np.testing.assert_allclose(numbers(data["bands"][0]["high"]), time + 5.0)
     assert [(rule["at"], rule["upright"], rule["band"], rule["until"]) for rule in data["rules"]] == [
         (30.0, True, [], None), (100.0, False, [90.0, 110.0], None),
-        (3000.0, False, [], None), (3500.0, False, [], 10.0),
+        (3000.0, False, [], None), (9e9, False, [], None), (3500.0, False, [], 10.0),
     ]  # fmt: skip
+    assert [rule["name"].endswith(" (above the plot)") for rule in data["rules"][2:]] == [False, True, False]
     shares = Shares(x=time, parts=np.array([[0.2] * 3, [0.8] * 3]), labels=("low", "high"), colors=("cep", "r95"))
     (data,) = data_of(chart(shares))
     assert [band["name"] for band in data["bands"]] == ["high", "low"]
@@ -200,6 +201,31 @@ class TestInBrowser:
         page.mouse(("mouseMoved", at[0] + 1.0, at[1]), ("mouseMoved", *at))
         page.wait(0.5)
         assert abs(self.readings(page)[0] - 30.0) < 0.2
+
+    def test_curves_without_values_leave_the_others(self, page: Page, tmp_path: Path) -> None:
+        time, none = np.linspace(0.0, 3600.0, 61), np.empty(0)
+        empty = [Line(label="none", x=none, y=none), Line(label="nan", x=time, y=np.full(61, np.nan))]
+        charts = [chart(*empty, Line(label="all", x=time, y=time)), *(chart(line) for line in empty)]
+        charts += [chart(Line(label="one", x=time[:1], y=time[:1])), chart(Line(label="same", x=time * 0.0, y=time))]
+        path = tmp_path / "empty.html"
+        path.write_text(page_of(Exhibits("t", (group(*charts),))), encoding="utf-8")
+        page.open(file_address(path))
+        for _ in range(60):
+            page.wait(0.5)
+            if page.value("document.querySelectorAll('.u-over').length") == len(charts):
+                break
+        assert page.value("document.querySelectorAll('.drawn').length") == len(charts)
+        assert page.problems == []
+
+    def test_a_chart_that_cannot_be_drawn_keeps_its_still_picture(self, page: Page, tmp_path: Path) -> None:
+        time = np.linspace(0.0, 3600.0, 61)
+        text = page_of(Exhibits("t", (group(chart(Line(x=time, y=time))),)))
+        path = tmp_path / "broken.html"
+        path.write_text(text.replace("&quot;curves&quot;", "&quot;torn&quot;"), encoding="utf-8")
+        page.open(file_address(path))
+        page.wait(2.0)
+        assert page.value("getComputedStyle(document.querySelector('.live > svg')).display") == "block"
+        assert page.value("document.querySelectorAll('.curves, .drawn').length") == 0
 
     def test_in_print_the_still_pictures_are_seen(self, page: Page) -> None:
         shown = "[...document.querySelectorAll('.live > svg, .curves')].map(e => getComputedStyle(e).display)"
