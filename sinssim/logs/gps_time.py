@@ -11,6 +11,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -46,6 +47,14 @@ def leap_seconds(unix: float | Array) -> Array:
         unix: Unix times, () or (N,) s.
     """
     return np.asarray(np.searchsorted(_STEPS_UNIX, unix, side="right"), dtype=np.float64)
+
+
+def check_weeks(path: Path, week: Array) -> None:
+    """Refuse numbers that are no GPS weeks, (N,); 0 may stand for an unknown one."""
+    bad = ~((week == np.floor(week)) & (week >= 0.0) & (week <= 1e4))
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise InputError(f"{path}, row {row + 1}: {week[row]:g} is not a GPS week; that column has the week, or 0.")
 
 
 def gps_from_unix(unix: float | Array) -> Array:

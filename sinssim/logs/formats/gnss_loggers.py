@@ -27,7 +27,7 @@ from sinssim.errors import InputError
 from sinssim.logs.column_names import SPELLED
 from sinssim.logs.formats.registry import Format
 from sinssim.logs.gps_time import DAY, EPOCH_UNIX, WEEK, date_seconds, gps_from_unix, unrolled
-from sinssim.logs.numeric_columns import WHITESPACE, cut_row, cut_rows, numbers_of, text_rows, uneven
+from sinssim.logs.numeric_columns import WHITESPACE, check_finite, cut_row, cut_rows, numbers_of, text_rows, uneven
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, Streams
 from sinssim.system.user_file import open_text, read_text
 from sinssim.units import DEG, KNOT
@@ -195,8 +195,11 @@ def read_flysight(path: Path) -> Streams:
         raise InputError(f"{path} has neither rows $GNSS nor rows $IMU.")
     readings = np.column_stack([of("IMU", name) for name in _FLYSIGHT_IMU])
     clock, time = Clock("machine", None, "seconds since the start of the device"), readings[:, 0]
+    check_finite(path, time, "time of an $IMU row")
     if "TIME" in rows:
-        ahead = float(np.median(of("TIME", "week") * WEEK + of("TIME", "tow") - of("TIME", "time")))
+        offsets = of("TIME", "week") * WEEK + of("TIME", "tow") - of("TIME", "time")
+        check_finite(path, offsets, "time of a $TIME row")
+        ahead = float(np.median(offsets))
         origin = int(np.floor(ahead + time[0]))
         clock, time = (
             Clock("gps", origin, "clock of the device, set by its rows of GPS time (median)"),

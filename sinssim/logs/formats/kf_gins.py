@@ -41,7 +41,7 @@ from sinssim.earth.ellipsoids import ellipsoid_by_name
 from sinssim.errors import InputError
 from sinssim.logs.formats.registry import Format
 from sinssim.logs.formats.run_export import Content, Export
-from sinssim.logs.gps_time import WEEK, unrolled, week_and_seconds
+from sinssim.logs.gps_time import WEEK, check_weeks, unrolled, week_and_seconds
 from sinssim.logs.numeric_columns import check_finite, columns_of, head_numbers, read_numbers, rounded, write_columns
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
 from sinssim.logs.reference_solution import TruthAt
@@ -76,9 +76,7 @@ def read_solution(path: Path) -> Streams:
     rows = read_numbers(path, _SOLUTION_WIDTHS, notes)
     check_finite(path, rows, "time, position, velocity or angle")
     week = rows[:, 0]
-    if (week != np.floor(week)).any() or (week < 0.0).any() or (week > 1e4).any():
-        row = int(np.argmax((week != np.floor(week)) | (week < 0.0) | (week > 1e4)))
-        raise InputError(f"{path}, row {row + 1}: {week[row]:g} is not a GPS week; the first column is the week, or 0.")
+    check_weeks(path, week)
     known = bool((week > 0.0).all())
     time = rows[:, 1] + (week - week[0]) * WEEK if known else unrolled(rows[:, 1], WEEK)
     sigma = _sigma(path, rows[:, 1], notes)

@@ -322,7 +322,8 @@ def _binary(path: Path, data: bytes, notes: list[str]) -> Messages:
             number_of_kind, length, name, letters, columns = struct.unpack("<BB4s16s64s", data[at + 3 : at + _FMT_SIZE])
             texts = [part.split(b"\0")[0].decode("latin-1") for part in (name, letters, columns)]
             layouts[number_of_kind] = texts[0], texts[1], texts[2].split(",")
-            sizes[number_of_kind] = length
+            if number_of_kind != _FMT:  # whose size is known, whatever a damaged file says
+                sizes[number_of_kind] = length
         elif kind in layouts and _WANTED.match(layouts[kind][0]):
             bodies.setdefault(kind, []).append(data[at + 3 : at + size])
         at += size

@@ -27,7 +27,7 @@ from sinssim.earth.geodetic_coordinates import radii
 from sinssim.errors import InputError
 from sinssim.logs.formats.registry import Format
 from sinssim.logs.formats.run_export import Content, Export
-from sinssim.logs.gps_time import WEEK, unrolled, week_and_seconds
+from sinssim.logs.gps_time import WEEK, check_weeks, unrolled, week_and_seconds
 from sinssim.logs.numeric_columns import WHITESPACE, cut_rows, not_a_number, uneven
 from sinssim.logs.recorded_streams import Clock, FixStream, HeightDatum, SolutionStream, Streams
 from sinssim.system.user_file import read_text, user_file
@@ -232,7 +232,8 @@ def _number(text: str) -> float:
 def _inertial_explorer_streams(path: Path, of: dict[str, Array], notes: list[str]) -> Streams:
     if "GPSTime" not in of:
         raise InputError(f"{path} has no column GPSTime: export it, with Week.")
-    known = "Week" in of
+    if known := "Week" in of:
+        check_weeks(path, of["Week"])
     week = int(of["Week"][0]) if known else 0
     time = of["GPSTime"] + ((of["Week"] - week) * WEEK if known else 0.0)
     latitude, longitude = of["Latitude"] * DEG, of["Longitude"] * DEG

@@ -92,6 +92,9 @@ def test_ardupilot_resumes_after_damage(tmp_path: Path) -> None:
     path.write_bytes(data[:-40] + b"\x00\x01garbage" + data[-40:])
     found = read_file(path)
     assert any("no message" in note for note in found.notes)
+    path.write_bytes(data[:4] + b"\x0a" + data[5:])  # the format of formats says that it has ten bytes
+    again = read_file(path)
+    assert [len(imu) for imu in again.inertial.values()] == [len(imu) for imu in found.inertial.values()]
     text = loggers.ardupilot_log(tmp_path / "log.log")
     lines = text.read_text().splitlines()
     lines[4] = lines[4].replace("0.01", "0.x1")

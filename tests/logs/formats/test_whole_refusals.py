@@ -23,6 +23,7 @@ from tests.logs.formats.whole import whole
 NAV = "2200 {} 30.5 114.25 20.75 1.5 -2.5 3.5 10.5 -20.25 130.75\n"
 IE = "Week GPSTime Latitude Longitude H-Ell\n(weeks) (sec) (deg) (deg) (m)\n"
 VBO = "File created on 05/06/2023\n[column names]\ntime lat long velocity\n[data]\n"
+FLY = "$FLYS,1\n$COL,IMU,time,wx,wy,wz,ax,ay,az\n$COL,TIME,time,tow,week\n"
 CSV = "time_s,latitude_deg,longitude_deg,height_m\n"
 
 
@@ -30,9 +31,9 @@ CSV = "time_s,latitude_deg,longitude_deg,height_m\n"
     ("name", "text", "form", "said"),
     [
         ("a.nav", NAV.format(100.5) + NAV.format(101.5) + NAV.format(102.5).replace("2200", "2200.5"),
-         "kf-gins-solution", ", row 3: 2200.5 is not a GPS week; the first column is the week, or 0."),
+         "kf-gins-solution", ", row 3: 2200.5 is not a GPS week; that column has the week, or 0."),
         ("a.nav", NAV.format(100.5) + "-3" + NAV.format(101.5)[4:] + "7.5" + NAV.format(102.5)[4:],
-         "kf-gins-solution", ", row 2: -3 is not a GPS week; the first column is the week, or 0."),
+         "kf-gins-solution", ", row 2: -3 is not a GPS week; that column has the week, or 0."),
         ("a.txt", "remark\n" + IE + 2 * "2200 1.5 30 40 50 60\n", "inertial-explorer",
          ", line 4: it has 6 fields; 5 separated by blanks are needed, as the names say."),
         ("a.txt", "remark\n" + IE + "2200 1.5 30 40 50\n2200 2.5 x 40 50\n2200 3.5 30 40 50\n", "inertial-explorer",
@@ -43,6 +44,12 @@ CSV = "time_s,latitude_deg,longitude_deg,height_m\n"
          ", line 3: it has 2 fields; 5 separated by blanks are needed, as the names say."),
         ("a.txt", IE.replace("GPSTime", "UTCTime") + "2200 1.5 30 40 50\n2200 2.5 30 40 50\n", "inertial-explorer",
          " has no column GPSTime: export it, with Week."),
+        ("a.txt", IE + "inf 1.5 30 40 50\n2200 2.5 30 40 50\n", "inertial-explorer",
+         ", row 1: inf is not a GPS week; that column has the week, or 0."),
+        ("a.csv", FLY + "$DATA\n$IMU,1.5,1,2,3,4,5,6\n$IMU,1e999,1,2,3,4,5,6\n", "flysight",
+         ", row 2: the time of an $IMU row is missing or not finite."),
+        ("a.csv", FLY + "$DATA\n$IMU,1.5,1,2,3,4,5,6\n$TIME,1,nan,2200\n$IMU,2.5,1,2,3,4,5,6\n", "flysight",
+         ", row 1: the time of a $TIME row is missing or not finite."),
         ("a.vbo", VBO + "120000.5 0 0 7\n120001.5 0 0 8\n", "vbox", " has no position."),
         ("a.vbo", VBO + "120000.5 30 40 7\n120001.5 30 x 8\n120002.5 30 40 9\n", "vbox",
          ", line 6: 'x' is not a number."),
