@@ -25,6 +25,7 @@ covariance s V diag(1/λ² or 1) Vᵀ s.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +42,7 @@ from sinssim.sensors.imu.error_term_table import TERMS, of_triad
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.statistics.chi_square import mean_square_band
 from sinssim.truth.motions.turntable import Turntable
 from sinssim.units import ARCSEC, DEG, DEG_H, PPM, UG
 
@@ -166,6 +168,8 @@ OBSERVABLE = 1.0
 """Least singular value of an observable direction."""
 _SHARE = 0.01
 """Squared share in directions that are not observable from which a parameter counts as not observable."""
+_FIT = 0.999
+"""Probability of the band in which the residuals are expected."""
 _NAMED = 0.1
 """Coefficient, relative to the largest, from which a parameter is named in a combination."""
 
@@ -182,6 +186,14 @@ class Solution:
     observable: NDArray[np.bool_]  # whether each parameter is determined, (p,)
     chi_square: float  # sum of the squares of the remaining residuals
     degrees: int  # their degrees of freedom
+
+    @property
+    def fit(self) -> Literal["", "small", "large"]:
+        """Whether the residuals are smaller or larger than the stated noise explains; "" if they fit it."""
+        if self.degrees <= 0:
+            return ""
+        ratio, band = self.chi_square / self.degrees, mean_square_band(self.degrees, _FIT)
+        return "large" if ratio > band.high else "small" if ratio < band.low else ""
 
 
 def solve(r: Array, a: Array, b: Array, prior: Array, size: Array, values: Array, final: bool = True) -> Solution:

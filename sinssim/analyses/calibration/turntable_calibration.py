@@ -28,7 +28,6 @@ from sinssim.scenario.schema import Scenario
 from sinssim.scenario.tables import CalibrationSection
 from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.sensors.imu.imu import draw
-from sinssim.statistics.chi_square import mean_square_band
 from sinssim.system.outputs import check_directory
 
 METHODS = {
@@ -36,8 +35,6 @@ METHODS = {
     "systematic": "errors of navigation during the sequence, by a Kalman filter and least squares",
 }
 _ESTIMATED = ("bias", "scale", "misalignment")
-_DOUBT = 0.999
-"""Probability of the band in which the residuals are expected."""
 
 
 def calibrate(
@@ -161,16 +158,13 @@ def _remarks(scenario: Scenario, task: Task, result: CalibrationResult) -> list[
     if left:
         sentences.append(f"Not modelled by the calibration, and therefore in its residuals: {', '.join(left)}.")
     solution = result.estimate.solution
-    if solution.degrees <= 0:
-        return sentences
-    ratio, band = solution.chi_square / solution.degrees, mean_square_band(solution.degrees, _DOUBT)
-    if ratio > band.high:
+    if solution.fit == "large":
         sentences.append(
             f"The residuals are larger than the stated noise explains: χ² = {solution.chi_square:.4g} with "
             f"{solution.degrees} degrees of freedom. The errors of the estimates are then larger than their 1σ: the "
             "noise of imu.grade, the accuracy of the table or the sequence differ from those of the readings."
         )
-    elif ratio < band.low and scenario.log is not None:
+    elif solution.fit == "small" and scenario.log is not None:
         sentences.append(
             f"The residuals are smaller than the stated noise: χ² = {solution.chi_square:.4g} with {solution.degrees} "
             "degrees of freedom. The 1σ of the estimates are too large."
