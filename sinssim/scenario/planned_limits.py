@@ -110,8 +110,7 @@ def sample_bytes(scenario: Tables, first: float = _SAMPLE_BYTES) -> float:
 
 
 def expected_duration(scenario: Tables) -> float:
-    """Estimate the duration of a scenario's motion: duration, s: exact except for a flight, for which it is an
-    estimate."""
+    """Return the duration of a scenario's motion, s: an estimate for a flight, and exact for any other motion."""
     source = scenario.source
     lasts = source.duration(scenario.truth) if isinstance(source, Motion) else source.known_duration
     if lasts is None:
@@ -156,8 +155,8 @@ def warn_of_limits(*scenarios: Tables) -> None:
 
 
 def findings(scenario: Tables) -> Iterator[Finding]:
-    """Compare the legs of a flight with the aircraft's limits, in straight legs without turbulence; return what exceeds
-    them; nothing for another motion, or for an aircraft without [envelope]."""
+    """Yield what exceeds the limits of the aircraft on the legs of a flight, flown straight and without turbulence;
+    nothing for another motion, or for an aircraft without [envelope]."""
     flight = scenario.flight
     aircraft = None if flight is None else load_aircraft(flight.aircraft)
     if flight is None or aircraft is None or aircraft.envelope is None:

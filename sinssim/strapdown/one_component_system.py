@@ -1,10 +1,8 @@
 """The chapter's one-component system (section 8.1) in a vertical plane, its error equations and closed forms.
 
-It has two accelerometers and one source of pitch.
-
-The system moves over a spherical Earth of radius R, with the accelerometers x along the body and y up, the rate ω of
-the body in inertial space, nose-up positive, the coordinate y = S/R along the great circle and the pitch α of the
-accelerometer x above the local horizon:
+The system has two accelerometers, x along the body and y up, and one source of pitch. It moves over a spherical Earth
+of radius R. ω is the rate of the body in inertial space, nose-up positive, y = S/R the coordinate along the great
+circle, and α the pitch of the accelerometer x above the local horizon:
 
     V̇ = a_ξ = a_x cos α − a_y sin α,    ẏ = V/R,    α̇ = ω + V/R
 

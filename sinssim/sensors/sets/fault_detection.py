@@ -1,22 +1,20 @@
 """Fault detection, isolation and exclusion in a redundant set by the parity test, and its probabilities.
 
-At every epoch the last sample and the last samples of each longer window are tested. The statistic pᵀC⁻¹p, which is
-pᵀp/σ² if all sensors have the same σ, exceeds its threshold with the stated probability if no sensor is faulty; C
-follows from the scenario's 1σ of all errors (`redundant_errors`). Above the threshold, the fault is credited to the
-sensor that explains most of the statistic. A fault of another sensor is less likely by the factor exp(−½ Δ), where Δ is
-the difference of the two largest credits; a sensor is excluded once this factor is at most 1/1000. Until then the fault
-is detected but not isolated, and all sensors remain in use. An excluded sensor is not used again.
-
-The readings from the epoch of the exclusion on are estimated without the sensor. Those before are not corrected: a slow
-fault has acted on the solution until it was found.
-
 The statistic D = pᵀ C⁻¹ p of a parity vector p of n components with the covariance C has a χ² distribution with n
-degrees of freedom as long as the errors are normal. A fault that adds f v_i to p makes it non-central,
+degrees of freedom as long as the errors are normal. C follows from the scenario's 1σ of all errors
+(`redundant_errors`). A fault that adds f v_i to p makes the distribution non-central,
 
     (1) λ = f² v_iᵀ C⁻¹ v_i
 
 With errors of one variance, C = σ² I, these are pᵀp/σ² and λ = f² |v_i|²/σ². The threshold T has the probability of
 false alarm P{χ²_n > T}, and a fault is missed with the probability P{χ²_n(λ) < T}.
+
+At every epoch the last sample and the last samples of each longer window are tested. Above the threshold, the fault is
+credited to the sensor that explains most of the statistic. A fault of another sensor is less likely by the factor
+exp(−½ Δ), where Δ is the difference of the two largest credits; a sensor is excluded once this factor is at most
+1/1000. Until then the fault is detected but not isolated, and all sensors remain in use. An excluded sensor is not used
+again. The readings from the epoch of the exclusion on are estimated without it. Those before are not corrected: a slow
+fault has acted on the solution until it was found.
 """
 
 from __future__ import annotations
@@ -73,8 +71,6 @@ def smallest_fault(columns: Array, covariance: Array, false_alarm: float, missed
     """Return the smallest fault of each sensor that a test finds with a probability: f of (1), (m,), in the unit of the
     readings; infinite for a sensor whose fault is not seen. V is (m − 3, m), the covariance that of the parity
     vector."""
-    import numpy as np
-
     seen = np.einsum("ai,ab,bi->i", columns, np.linalg.inv(covariance), columns)
     least = smallest_noncentrality(missed, false_alarm, len(columns))
     with np.errstate(divide="ignore"):
