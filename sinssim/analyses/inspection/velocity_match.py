@@ -16,6 +16,7 @@ decided by the least residual.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +56,12 @@ class Pushed:
     alpha: Array
     by_gyro_bias: Array
     by_accel_bias: Array
+
+    @cached_property
+    def table(self) -> Array:
+        """α, G and Θ, row by row, (21, N+1): the matches at all offsets interpolate them."""
+        parts = (self.alpha, self.by_gyro_bias.reshape(-1, 9), self.by_accel_bias.reshape(-1, 9))
+        return np.ascontiguousarray(np.concatenate(parts, axis=1).T)
 
 
 @dataclass(frozen=True)
@@ -208,10 +215,7 @@ def match(
         none = np.zeros(0)
         return Match(np.inf, none, none, np.zeros((0, 4)), none, np.zeros(6), window)
     at = fixes.time + offset
-    table = np.concatenate(
-        [curve.alpha, *(m.reshape(-1, 9) for m in (curve.by_gyro_bias, curve.by_accel_bias))], axis=1
-    )
-    values = np.stack([np.interp(at, curve.time, column) for column in table.T], axis=1)
+    values = np.stack([np.interp(at, curve.time, row) for row in curve.table], axis=1)
     pieces = [_Window(fixes.beta[r], values[r]) for r in rows]
     biases = np.zeros(6) if bias is None else bias
     for _ in range(rounds):
