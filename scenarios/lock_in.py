@@ -252,10 +252,10 @@ def main() -> None:
     rng = np.random.default_rng(2026)
     g = gyro()
 
-    swept = transfer(11 if options.quick else 41, 1600 // part, rng)
-    left = zones(9 if options.quick else 31, 1600 // part, rng)
+    swept = transfer(7 if options.quick else 41, 1600 // part, rng)
+    left = zones(5 if options.quick else 31, 1600 // part, rng)
     grown = growth(24 // part, 1600 // part)
-    swings = 3000 if options.quick else 15000
+    swings = 1200 if options.quick else 15000
     decade = random_walk(np.geomspace(20.0, 200.0, 3 if options.quick else 8), 400.0, swings, rng)
     others = [random_walk(np.array([100.0]), f, swings, rng)[0] for f in (200.0, 800.0)]
 

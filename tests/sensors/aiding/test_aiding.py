@@ -250,12 +250,12 @@ def test_barometer_errors():
     given = read(parked(100.0), section)
     np.testing.assert_allclose(given.value[:, 0], 400.0 * 1.005 + 12.0, rtol=0, atol=1e-7)
 
-    drawn = [read(parked(2.0), Barometer(bias_sigma_m=8.0, sigma_m=1e-9), k) for k in range(2000)]
+    drawn = [read(parked(2.0), Barometer(bias_sigma_m=8.0, sigma_m=1e-9), k) for k in range(500)]
     assert_sigma(np.array([d.value[0, 0] - 400.0 for d in drawn]), 8.0)
-    noise = read(parked(20_000.0), Barometer(bias_sigma_m=0.0, sigma_m=0.7), 1)
+    noise = read(parked(5_000.0), Barometer(bias_sigma_m=0.0, sigma_m=0.7), 1)
     assert_sigma(noise.value[:, 0] - 400.0, 0.7)
     assert noise.kind == "baro-height"
-    assert noise.sigma.shape == noise.value.shape == (20_000, 1)
+    assert noise.sigma.shape == noise.value.shape == (5_000, 1)
 
 
 def test_barometer_bias_wanders_as_the_filter_is_told():

@@ -109,9 +109,9 @@ DEG, ARCMIN, ARCSEC = np.pi / 180.0, np.pi / 10_800.0, np.pi / 648_000.0
 def test_what_is_drawn_has_the_sigma_that_its_parameter_says(
     name: str, key: str, told: float, block: str, sigma: float
 ) -> None:
-    """Over 500 runs; that readings are off by just this is shown sensor by sensor elsewhere."""
+    """Over 100 runs; that readings are off by just this is shown sensor by sensor elsewhere."""
     place, found = parked(1.0), []
-    for seed in range(500):
+    for seed in range(100):
         values = next(g.parameters[block] for g in sense(name, place, seed, **{key: told}) if block in g.parameters)
         found.append(values[0] if values.ndim > 1 else values)
     drawn = np.array(found)

@@ -20,6 +20,7 @@ from sinssim.sensors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
 from tests.oracles.allan import allan_deviation
+from tests.slow import slow
 
 
 def uniform(count: int, rate_hz: float = 100.0, dtheta=(0.0, 0.0, 0.0), dvel=(0.0, 0.0, 0.0)) -> ImuData:
@@ -242,9 +243,9 @@ def test_allan_deviation_of_the_instability():
 def test_the_instability_starts_stationary():
     one_step = [
         emulate(uniform(1, 1.0), both(instability=1e-5, correlation_time=1e6), seed=seed).dtheta[0]
-        for seed in range(700)
+        for seed in range(200)
     ]
-    low, high = chi2.ppf([5e-5, 1 - 5e-5], 2100)
+    low, high = chi2.ppf([5e-5, 1 - 5e-5], 600)
     assert low < np.sum(np.square(one_step)) / 1e-5**2 < high
 
 
@@ -263,15 +264,15 @@ def test_gauss_markov_decays_exactly_on_any_intervals():
 # Draws
 
 
-@pytest.mark.parametrize("grade", ["laser-standard", "consumer"])
-def test_draws_have_the_standard_deviation_of_the_grade(grade):
+@pytest.mark.parametrize(("grade", "count"), [("laser-standard", 200), ("consumer", 200), *slow(("consumer", 700))])
+def test_draws_have_the_standard_deviation_of_the_grade(grade, count):
     from tests.sensors.imu.test_grades import DEG_H, TABLE
 
     bias, _, scale, accel_bias, _, accel_scale, misalignment, _ = TABLE[grade]
     section = Imu(grade=grade)
-    runs = [draw(section, seed) for seed in range(700)]
+    runs = [draw(section, seed) for seed in range(count)]
     off = ~np.eye(3, dtype=bool)
-    low, high = chi2.ppf([5e-5, 1 - 5e-5], 2100)
+    low, high = chi2.ppf([5e-5, 1 - 5e-5], 3 * count)
     for values, sigma in (
         ([e.gyro.bias for e in runs], bias * DEG_H),
         ([e.gyro.scale for e in runs], scale * 1e-6),
@@ -279,8 +280,8 @@ def test_draws_have_the_standard_deviation_of_the_grade(grade):
         ([e.accel.scale for e in runs], accel_scale * 1e-6),
     ):
         assert low < np.sum(np.square(values)) / sigma**2 < high
-        assert abs(np.mean(values)) < 4.5 * sigma / np.sqrt(2100)
-    low, high = chi2.ppf([5e-5, 1 - 5e-5], 4200)
+        assert abs(np.mean(values)) < 4.5 * sigma / np.sqrt(3 * count)
+    low, high = chi2.ppf([5e-5, 1 - 5e-5], 6 * count)
     for triad in ("gyro", "accel"):
         angles = np.array([getattr(e, triad).misalignment[off] for e in runs])
         assert low < np.sum(angles**2) / misalignment**2 < high
@@ -391,6 +392,7 @@ def digest_of_another_process(**environment: str) -> str:
     return other.stdout.strip()
 
 
+@pytest.mark.slow
 def test_the_same_bits_in_every_process():
     """In another one with another order of sets, and in this one, which may have computed much before."""
     here = io.StringIO()

@@ -195,41 +195,43 @@ def test_flicker_starts_as_it_goes_on() -> None:
     d = 1.0 - np.array(RATES)
     np.testing.assert_allclose(STATIONARY @ STATIONARY.T, 1.0 / (1.0 - np.outer(d, d)), rtol=1e-9)
     variance = autocovariance_of_flicker(1)[0]
-    first = [emulate(uniform(1, 1.0), both(flicker=1e-5), seed=seed).dtheta[0] for seed in range(700)]
-    low, high = chi2.ppf([5e-5, 1 - 5e-5], 2100)
+    first = [emulate(uniform(1, 1.0), both(flicker=1e-5), seed=seed).dtheta[0] for seed in range(200)]
+    low, high = chi2.ppf([5e-5, 1 - 5e-5], 600)
     assert low < np.sum(np.square(first)) / (1e-10 * variance) < high
 
 
-@pytest.mark.parametrize("rate_hz", [10.0, 200.0])
+@pytest.mark.parametrize("rate_hz", [10.0, *slow(200.0)])
 def test_allan_deviation_of_emulated_flicker(rate_hz: float) -> None:
-    # six channels of 400 000 samples; the relative 1σ of one estimate is some 1.2 √(m/N) (neighbours are correlated)
-    measured = emulate(uniform(400_000, rate_hz), both(flicker=1e-5), seed=4)
+    # six channels of 100 000 samples; the relative 1σ of one estimate is some 1.2 √(m/N) (neighbours are correlated)
+    count = 100_000
+    measured = emulate(uniform(count, rate_hz), both(flicker=1e-5), seed=4)
     channels = np.hstack([measured.dtheta, measured.dvel])
     for m in (1, 8, 64, 512, 4096):
         found = [allan_deviation(channels[:, i], 1 / rate_hz, m) for i in range(6)]
         assert np.mean(np.square(found)) ** 0.5 == pytest.approx(
-            0.6643e-5, rel=0.002 + 4 * 1.2 * np.sqrt(m / 400_000 / 6)
+            0.6643e-5, rel=0.002 + 4 * 1.2 * np.sqrt(m / count / 6)
         )
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, *slow(2)])
 def test_allan_deviation_of_the_rate_random_walk(seed: int) -> None:
     # K√(τ/3) from the first sample on: the samples are the means of a random walk, not its values
     walk = 2e-6
-    measured = emulate(uniform(400_000), both(rate_walk=walk), seed)
+    count = 100_000
+    measured = emulate(uniform(count), both(rate_walk=walk), seed)
     channels = np.hstack([measured.dtheta, measured.dvel])
     for m in (1, 2, 4, 16, 128, 1024):
         found = [allan_deviation(channels[:, i], 0.01, m) for i in range(6)]
         assert np.mean(np.square(found)) ** 0.5 == pytest.approx(
-            walk * np.sqrt(m * 0.01 / 3), rel=4 * 1.2 * np.sqrt(m / 400_000 / 6)
+            walk * np.sqrt(m * 0.01 / 3), rel=4 * 1.2 * np.sqrt(m / count / 6)
         )
 
 
 def test_rate_random_walk_starts_at_zero_and_spreads() -> None:
     # the n-th mean has the variance K²(n − 1 + a²), a = (1 + 1/√3)/2: where the walk starts, to one interval's step
     walk = 1e-5
-    runs = np.array([emulate(uniform(50, 1.0), both(rate_walk=walk), seed).dtheta for seed in range(700)])
-    low, high = chi2.ppf([5e-5, 1 - 5e-5], 2100)
+    runs = np.array([emulate(uniform(50, 1.0), both(rate_walk=walk), seed).dtheta for seed in range(200)])
+    low, high = chi2.ppf([5e-5, 1 - 5e-5], 600)
     for n in (0, 9, 49):
         assert low < np.sum(runs[:, n] ** 2) / (walk**2 * (n + (0.5 + 0.5 / np.sqrt(3)) ** 2)) < high
 
@@ -279,10 +281,10 @@ def test_variance_of_the_mean_over_one_interval(ratio: float) -> None:
     # Var of the mean over T of a process of correlation time τ: 2σ²(x − 1 + e^−x)/x², x = T/τ, whatever T
     runs = [
         emulate(uniform(1, 1.0), both(instability=1e-5, correlation_time=1.0 / ratio), seed=seed).dtheta[0]
-        for seed in range(700)
+        for seed in range(200)
     ]
     variance = 1e-10 * 2 * (ratio - 1 + np.exp(-ratio)) / ratio**2
-    low, high = chi2.ppf([5e-5, 1 - 5e-5], 2100)
+    low, high = chi2.ppf([5e-5, 1 - 5e-5], 600)
     assert low < np.sum(np.square(runs)) / variance < high
 
 
@@ -364,7 +366,7 @@ def test_switching_one_drawn_term_off_leaves_all_the_others_bit_for_bit(off) -> 
 
 def test_drawn_terms_are_drawn_from_their_sigma_and_differ() -> None:
     sigmas = {quantity.sigma_key: 1.0 for quantity in DRAWN}
-    runs = [draw(Imu(grade="ideal", **sigmas), seed) for seed in range(400)]
+    runs = [draw(Imu(grade="ideal", **sigmas), seed) for seed in range(150)]
     rows = []
     for quantity in DRAWN:
         values = np.array([getattr(getattr(run, quantity.triad), quantity.field).ravel() for run in runs])
@@ -375,7 +377,7 @@ def test_drawn_terms_are_drawn_from_their_sigma_and_differ() -> None:
         rows.append(values.T)
     table = np.vstack(rows)
     correlation = np.corrcoef(table) - np.eye(len(table))
-    assert np.max(np.abs(correlation)) < 5.5 / np.sqrt(400)
+    assert np.max(np.abs(correlation)) < 5.5 / np.sqrt(150)
 
 
 # Quantisation

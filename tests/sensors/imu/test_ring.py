@@ -114,7 +114,7 @@ def walk(g: LaserGyro, swings: int, seed: int, block: int = 10) -> float:
     return float(np.sqrt(np.mean(grown**2) / (block * 0.5 / g.dither_frequency)))
 
 
-@pytest.mark.parametrize(("dither", "frequency"), [(20.0, 400.0), *slow((63.0, 800.0)), (200.0, 800.0)])
+@pytest.mark.parametrize(("dither", "frequency"), [(20.0, 400.0), *slow((63.0, 800.0), (200.0, 800.0))])
 def test_random_walk_of_a_random_dither(dither: float, frequency: float) -> None:
     """Over a decade of dither rates; 600 blocks tell N to 1/√1200 = 2.9 %."""
     g = gyro(dither, frequency)
@@ -127,7 +127,7 @@ def test_constant_of_the_formula_is_that_of_radians_of_phase() -> None:
     assert g.lock_in * np.sqrt(g.pulse_weight / g.dither_rate) / walk(g, 6000, 4) == pytest.approx(2.507, rel=0.09)
 
 
-@pytest.mark.parametrize(("randomised", "side"), [("none", 1.0), ("one", -1.0), *slow(("none", -1.0), ("one", 1.0))])
+@pytest.mark.parametrize(("randomised", "side"), [("one", -1.0), *slow(("none", 1.0), ("none", -1.0), ("one", 1.0))])
 def test_what_is_left_of_the_dead_zone(randomised: str, side: float) -> None:
     """Just inside (3) or (4) the gyro gives no rate; half as far outside it gives √(Ω² − zone²)."""
     # KΘ where |J₀| has a maximum, so that the zone is wide
@@ -148,8 +148,8 @@ def test_what_is_left_of_the_dead_zone(randomised: str, side: float) -> None:
 
 def test_both_turnarounds_at_random_leave_no_dead_zone() -> None:
     g = gyro()
-    at = turnarounds(g, 1500, np.random.default_rng(5))
-    t = 1499 * 0.5 / g.dither_frequency
+    at = turnarounds(g, 400, np.random.default_rng(5))
+    t = 399 * 0.5 / g.dither_frequency
     for rate in (0.05 * g.half_random_dead_zone, 0.5 * g.lock_in, 0.99 * g.lock_in):
         error = angle_error(g, rate, at)
         assert abs(error[-1] - error[0]) < 3.5 * g.random_walk * np.sqrt(t)

@@ -162,7 +162,7 @@ def test_one_sigma_law() -> None:
     assert late == pytest.approx(6371000.0 * sigma / (np.sqrt(2.0) * arm) * 40000.0**2 / 2.0, rel=2e-3)
 
 
-@pytest.mark.parametrize("runs", [80, *slow(200)])
+@pytest.mark.parametrize("runs", [40, *slow(200)])
 def test_noise_grows_by_the_law(runs: int) -> None:
     """White noise alone: 1σ of the position after a minute, within 10 % over 200 runs."""
     section = Imu(

@@ -105,7 +105,7 @@ def test_what_an_attitude_sensor_draws() -> None:
     imu = {"grade": "tactical", "sensor_set": {**ATTITUDE, "bias_sigma_arcsec": 20.0}}
     other = {**imu, "sensor_set": {**ATTITUDE, "drift_sigma_deg_h": 0.3}}
     found: dict[str, list[Any]] = {"bias": [], "drift": [], "own drift": []}
-    for seed in range(300):
+    for seed in range(100):
         a, b = (
             draw_attitude_sensor(Scenario.model_validate(
                 {"name": "x", "parked": LEVEL, "imu": i, "navigation": BY_ATTITUDE}).imu, seed)
@@ -115,8 +115,8 @@ def test_what_an_attitude_sensor_draws() -> None:
         found["drift"].append(a.drift / DEG_H)
         found["own drift"].append(b.drift / DEG_H)
         assert not b.bias.any()
-    for name, sigma in (("bias", 20.0), ("drift", 1.0), ("own drift", 0.3)):  # 900 draws: 2.4 % of spread
-        assert np.std(found[name]) == pytest.approx(sigma, rel=0.08)
+    for name, sigma in (("bias", 20.0), ("drift", 1.0), ("own drift", 0.3)):  # 300 draws: 4.1 % of spread
+        assert np.std(found[name]) == pytest.approx(sigma, rel=0.14)
     given = {"bias_arcsec": (30.0, -20.0, 10.0), "drift_deg_h": (1.0, 2.0, -3.0)}
     for seed in range(3):  # given values add to those drawn from a 1σ, and alone leave nothing to draw
         alone, spread, both = (
