@@ -8,6 +8,7 @@ import pytest
 from sinssim.experiments.run.execute import run
 from sinssim.experiments.run.run_result import RunResult
 from sinssim.scenario import Scenario, load_scenario
+from tests.slow import slow
 
 DEG_H, ARCMIN = np.pi / 180.0 / 3600.0, np.pi / 180.0 / 60.0
 
@@ -35,11 +36,11 @@ def within(result: RunResult, sigmas: float) -> bool:
     ("name", "legs", "overrides"),
     [
         ("aided_airliner", 1, ["aiding.gnss.outages_s=[[20.0, 35.0]]"]),
-        ("mems_uav", 1, ["aiding.gnss.outages_s=[[30.0, 40.0]]"]),
         ("in_flight_calibration", 1, []),
         ("spoofed", 1, ["aiding.gnss.ramps.1.from_s=40.0"]),
         ("align_in_motion", 2, ["flight.legs.2.turns=2", "filter.alignment_s=60.0"]),
         ("transfer_alignment", 2, ["flight.legs.2.turns=1", "aiding.master.outages_s=[[60.0, 540.0]]"]),
+        *slow(("mems_uav", 1, ["aiding.gnss.outages_s=[[30.0, 40.0]]"])),
     ],
 )
 def test_short_flight(name, legs, overrides):

@@ -311,15 +311,16 @@ def ensemble(runs: int, duration: float) -> tuple[dict[str, list[Array]], list[f
     return values, nis, reports
 
 
-def test_a_small_ensemble_with_true_noise_is_consistent() -> None:
-    values, nis, reports = ensemble(24, 200.0)
+@pytest.mark.parametrize(("runs", "seconds"), [(16, 100), *slow((24, 200))])
+def test_a_small_ensemble_with_true_noise_is_consistent(runs: int, seconds: int) -> None:
+    values, nis, reports = ensemble(runs, float(seconds))
     for name, of_runs in values.items():
         found = anees(of_runs, 15 if name == "all" else 3)
-        # ten epochs that hang together: the blocks are judged by their mean
+        # a few epochs that hang together: the blocks are judged by their mean
         assert found.inside >= 0.9 if name == "all" else 0.75 < np.mean(found.value) < 1.3, (name, found.value)
-    freedom = 24 * 200 * 6
+    freedom = runs * seconds * 6
     assert chi2.ppf(0.025, freedom) < sum(nis) < chi2.ppf(0.975, freedom)
-    assert sum(report.consistent for report in reports) >= 23
+    assert sum(report.consistent for report in reports) >= runs - 1
 
 
 @pytest.mark.slow
@@ -354,7 +355,7 @@ def mistuned(model: ErrorModel, given: list[Measurements], factor: float, what: 
 
 @pytest.mark.parametrize(
     ("grade", "what"),
-    [*slow(("laser-standard", "all")), ("laser-standard", "aiding"), ("mems-industrial", "inertial")],
+    [*slow(("laser-standard", "all"), ("laser-standard", "aiding")), ("mems-industrial", "inertial")],
 )
 def test_wrong_noise_is_found_out_without_the_truth(grade: str, what: str) -> None:
     flight, ideal = weaving(600.0, 20.0)

@@ -69,9 +69,9 @@ def b_rows(estimate: Estimate, rows: Array):
 
 def test_errors_lie_within_their_sigmas_and_biases_are_found() -> None:
     values = []
-    for seed in range(8):
+    for seed in range(3):
         flight, run, given = world(seed)
-        result = estimate(run.imu, run.initial, given, MODEL, rate_hz=5.0)
+        result = estimate(run.imu, run.initial, given, MODEL, rate_hz=1.0)
         assert result.divergence is None
         errors = errors_of(MODEL, result, flight, run)
         values.append(nees(errors[result.rows[-1]], result.covariance[-1]))
@@ -79,7 +79,7 @@ def test_errors_lie_within_their_sigmas_and_biases_are_found() -> None:
         vertical = MODEL.slices["accelerometer bias"].stop - 1
         assert result.sigma[-1, vertical] < 0.2 * MODEL.sigma[vertical]
         np.testing.assert_allclose(result.covariance[-1].diagonal(), result.sigma[result.rows[-1]] ** 2, rtol=1e-14)
-    assert 0.7 * 15 < np.mean(values) < 1.35 * 15  # 8 × 15 degrees of freedom: 0.76 … 1.27 in 95 %
+    assert 0.5 * 15 < np.mean(values) < 1.6 * 15  # 3 × 15 degrees of freedom: 0.63 … 1.46 in 95 %
 
 
 def test_what_is_fed_back_when_makes_no_difference() -> None:
@@ -143,7 +143,7 @@ def test_a_late_reading_counts_from_its_instant_and_is_known_when_it_arrives() -
         assert np.all(delayed.sigma[rows, 0] > on_time.sigma[rows, 0])
 
 
-@pytest.mark.parametrize("gate", [None, 1e-4])
+@pytest.mark.parametrize("gate", [*slow(None), 1e-4])
 def test_the_solution_holds_what_had_arrived_and_nothing_else(gate: float | None) -> None:
     """Positions late by 0.85 s, heights by 0.25 s, velocities at once, a lie among these: none delays another."""
     flight, run, _ = world(3)
@@ -157,7 +157,7 @@ def test_the_solution_holds_what_had_arrived_and_nothing_else(gate: float | None
     height = Measurements("baro-height", seconds + 0.15, seconds + 0.4, tall, np.full((len(seconds), 1), 2.0))
     late = [replace(place, arrival=place.time + 0.85), height, speed]
     found = estimate(imu, run.initial, late, MODEL, gate=gate)
-    for instant in (20.1, 20.3, 20.6, 20.8, 20.9, 30.1, 30.3, 30.5, 30.9):
+    for instant in (20.1, 20.9, 30.3, 30.5):
         arrived = [only(m, m.arrival <= instant + 1e-9) for m in late]
         by_then = estimate(imu, run.initial, arrived, MODEL, gate=gate)
         row, same = (np.array([np.searchsorted(e.time, instant - 1e-6)]) for e in (found, by_then))
@@ -324,7 +324,7 @@ def test_refused(options: dict, message: str) -> None:
         estimate(run.imu, run.initial, given, MODEL, **options)
 
 
-@pytest.mark.parametrize("runs", [2, *slow(4)])
+@pytest.mark.parametrize("runs", [1, *slow(4)])
 def test_all_fifteen_to_thirty_three_states_at_once(runs: int) -> None:
     """Scale factors, misalignments, a Gauss-Markov bias, a lever arm and a barometer's bias: NEES of a few runs."""
     sigma = expected_errors(Imu(grade="mems-industrial")).sigma

@@ -78,8 +78,8 @@ def consistent(name: str, seed: int, **told: float) -> bool:
 
 
 def test_few_runs_of_a_right_model_and_of_a_wrong_one() -> None:
-    """Two runs fail with a probability of at most 2 %; these are fixed, and pass."""
-    assert all(consistent("parked", seed) for seed in (1, 2))
+    """A run fails with a probability of at most 1 %; this one is fixed, and passes."""
+    assert consistent("parked", 1)
     assert not consistent("parked", 1, measurement_noise_factor=1.0 / 1.5)
 
 

@@ -14,6 +14,7 @@ from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked
 from tests.estimation.made import history
 from tests.estimation.worlds import biases_only, errors_of, one_run, positions, standing, velocities, weaving
+from tests.slow import slow
 
 
 def test_a_parked_vehicle_hides_what_theory_says() -> None:
@@ -107,8 +108,8 @@ def test_a_straight_flight_shows_no_scale_factors_and_turns_do() -> None:
     assert sum(seen["weaving"].values()) > sum(seen["straight"].values())
 
 
-@pytest.mark.parametrize("runs", [pytest.param(3, id="3"), pytest.param(30, id="30", marks=pytest.mark.slow)])
-def test_biases_that_are_declared_observable_are_found(runs: int) -> None:
+@pytest.mark.parametrize(("runs", "seconds"), [(3, 450.0), *slow((30, 900.0))])
+def test_biases_that_are_declared_observable_are_found(runs: int, seconds: float) -> None:
     """The errors that the emulator puts in come back within 3σ, σ at least halved, scale and misalignment with them."""
     section = Imu(
         grade="tactical", gyro_scale_sigma_ppm=1500.0, accel_scale_sigma_ppm=1500.0,
@@ -121,8 +122,8 @@ def test_biases_that_are_declared_observable_are_found(runs: int) -> None:
              "accelerometer misalignment"),
     )  # fmt: skip
     assert model.size == 33
-    flight, ideal = weaving(900.0, 20.0)
-    time = np.arange(1.0, 900.5)
+    flight, ideal = weaving(seconds, 20.0)
+    time = np.arange(1.0, seconds + 0.5)
     off, declared = [], []
     for seed in range(runs):
         run, rng = one_run(flight, ideal, model, sigma, seed), np.random.default_rng([7, seed])

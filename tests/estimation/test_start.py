@@ -31,6 +31,7 @@ from tests.estimation.worlds import (
     velocities,
     weaving,
 )
+from tests.slow import slow
 
 LATITUDE = np.radians(50.0)
 NAVIGATION = biases_only("laser-navigation")
@@ -64,7 +65,9 @@ def expected(total: float) -> float:
     return float(np.sqrt(gyro.bias[0] ** 2 + gyro.random_walk**2 / total) / (OMEGA_IE * np.cos(LATITUDE)))
 
 
-LONG = [pytest.param(t, z, marks=pytest.mark.slow) for t, z in ((30.0, False), (30.0, True), (60.0, True))]
+LONG = [
+    pytest.param(t, z, marks=pytest.mark.slow) for t, z in ((30.0, False), (30.0, True), (60.0, False), (60.0, True))
+]
 
 
 @pytest.mark.parametrize("gravity", ["normal", "j2", "somigliana"])
@@ -83,9 +86,7 @@ def test_the_attitude_at_rest_refers_to_the_normal_of_the_ellipsoid(
     assert np.linalg.norm(apart) < 1e-7 * 1e-2
 
 
-@pytest.mark.parametrize(
-    ("minutes", "zero_rate"), [(5.0, False), (5.0, True), (10.0, False), (10.0, True), (60.0, False), *LONG]
-)
+@pytest.mark.parametrize(("minutes", "zero_rate"), [(5.0, False), (5.0, True), (10.0, False), (10.0, True), *LONG])
 def test_gyrocompassing_is_as_good_as_the_east_gyro(minutes: float, zero_rate: bool) -> None:
     _, sigma = gyrocompass(60.0 * minutes, 0, zero_rate=zero_rate)
     # a gyro that is known to stand still needs no accelerometer to tell drift from tilt
@@ -95,23 +96,23 @@ def test_gyrocompassing_is_as_good_as_the_east_gyro(minutes: float, zero_rate: b
 @pytest.mark.parametrize(
     ("minutes", "runs"),
     [
-        pytest.param(5.0, 25, id="5min"),
+        pytest.param(5.0, 5, id="5min"),
         *(pytest.param(m, 100, id=f"{m:g}min-100", marks=pytest.mark.slow) for m in (5.0, 10.0, 30.0, 60.0)),
     ],
 )
 def test_actual_headings_agree_with_it(minutes: float, runs: int) -> None:
     errors, sigmas = np.array([gyrocompass(60.0 * minutes, seed) for seed in range(runs)]).T
     np.testing.assert_allclose(sigmas, expected(60.0 * minutes), rtol=0.10)
-    # the rms of 25 (100) numbers is within 28 % (14 %) of σ in 95 %, the largest below 3.1 (3.5) σ
-    assert np.sqrt(np.mean((errors / sigmas) ** 2)) == pytest.approx(1.0, abs=0.30 if runs == 25 else 0.15)
+    # the rms of 5 (100) numbers is within 62 % (14 %) of σ in 95 %, the largest below 2.6 (3.5) σ
+    assert np.sqrt(np.mean((errors / sigmas) ** 2)) == pytest.approx(1.0, abs=0.62 if runs == 5 else 0.15)
     assert np.abs(errors / sigmas).max() < 3.5
 
 
 @pytest.mark.parametrize(
     ("grade", "seconds", "runs"),
     [
-        ("mems-industrial", 90.0, 3),
-        ("laser-standard", 60.0, 2),
+        ("mems-industrial", 90.0, 1),
+        *slow(("mems-industrial", 90.0, 3), ("laser-standard", 60.0, 2)),
         *(pytest.param(g, s, 40, marks=pytest.mark.slow) for g, s in (("mems-industrial", 90.0), ("tactical", 60.0))),
     ],
 )
