@@ -8,6 +8,7 @@ torquing scale factor κ, the error −κ ω_commanded: ω_ip = (1 + κ) ω_comm
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 import pytest
@@ -202,17 +203,22 @@ def test_the_schuler_forms_at_rest() -> None:
     np.testing.assert_allclose(np.abs(own), want, atol=0.01 * want.max())
 
 
+@cache
+def s_turns() -> tuple[Array, NavState, Forces]:
+    turns = STurn(duration=600.0).fly(100)
+    truth = NavState(turns.latitude, turns.longitude, turns.height, turns.velocity_ned, turns.q_nb)
+    return turns.time, truth, inertial_forces(turns.time, truth, "somigliana", WGS84)
+
+
 @pytest.mark.parametrize(
     ("frame", "azimuth"),
     [("level", 0.0), ("wander", 0.0), ("wander", 2.5), ("free-azimuth", 0.0), ("transverse", 0.0), ("inertial", 0.0)],
 )
 def test_ideal_sensors_stay_on_the_truth_through_s_turns(frame: str, azimuth: float) -> None:
     """The bar is 0.01 m in an hour; ten minutes of 45° banks every 30 s, 100 Hz: measured 2e-5 m."""
-    turns = STurn(duration=600.0).fly(100)
-    truth = NavState(turns.latitude, turns.longitude, turns.height, turns.velocity_ned, turns.q_nb)
-    forces = inertial_forces(turns.time, truth, "somigliana", WGS84)
+    time, truth, forces = s_turns()
     options = {"frame": frame, "azimuth": azimuth, "gravity": "somigliana", "vertical": "free", "height": None}
-    solution = fly((turns.time, truth, forces), **options)
+    solution = fly((time, truth, forces), **options)
     assert azimuth == 0.0 or (solution.azimuth is not None and solution.azimuth[0] == azimuth)
     error = navigation_error(truth, solution)
     assert error.horizontal.max() < 1e-3

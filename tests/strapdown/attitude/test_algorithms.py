@@ -7,6 +7,7 @@ closed forms. Single steps run uncompiled (`py_func`), whole navigation compiled
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import cache
 from math import atan2, factorial, prod
 
 import numpy as np
@@ -586,16 +587,22 @@ ORDERS = {
 }
 
 
+@cache
+def tumbled(rate):
+    """Increments of a second, and the true attitudes."""
+    time = np.arange(rate + 1) / rate
+    x, w = leggauss(12)
+    t = time[:-1, None] + (1 + x) / (2 * rate)
+    dtheta = np.einsum("j,njk->nk", w, tumbling(t.ravel())[1].reshape(rate, 12, 3)) / (2 * rate)
+    return dtheta, tumbling(time)[0]
+
+
 @pytest.mark.parametrize("algorithm", VARIANTS)
 def test_order_of_a_step(algorithm):
     """Order in the rate of sampling of the turn alone, uncompiled, on a motion with coning: the shared increments'."""
     found = []
     for rate in (40, 80, 160):
-        time = np.arange(rate + 1) / rate
-        x, w = leggauss(12)
-        t = time[:-1, None] + (1 + x) / (2 * rate)
-        dtheta = np.einsum("j,njk->nk", w, tumbling(t.ravel())[1].reshape(rate, 12, 3)) / (2 * rate)
-        truth = tumbling(time)[0]
+        dtheta, truth = tumbled(rate)
         attitude = part(algorithm, "start_k")(*truth[0])
         for increment in dtheta:
             attitude = part(algorithm, "step_k")(attitude, body_turn(increment), NO_TURN)
