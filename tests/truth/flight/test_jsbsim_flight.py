@@ -414,15 +414,20 @@ def turbulent(seed: int) -> FlightLog:
     return flight_log(fly_plan(plan("737", {"type": "hold", "duration_s": 8.0}, **TURBULENT), seed))
 
 
-def test_turbulence_follows_the_seed_in_any_process() -> None:
+def test_turbulence_follows_the_seed() -> None:
+    here = digest(turbulent(5))
+    assert digest(turbulent(5)) == here
+    assert digest(turbulent(6)) != here
+
+
+@pytest.mark.slow
+def test_turbulence_is_the_same_in_another_process() -> None:
     here = digest(turbulent(5))
     program = "from tests.truth.flight.test_jsbsim_flight import digest, turbulent; print(digest(turbulent(5)))"
     root = Path(__file__).parents[3]
     there = subprocess.run([sys.executable, "-c", program], cwd=root, capture_output=True, text=True, check=True)
     assert there.stdout == here + "\n"  # and nothing of JSBSim's chatter
     assert there.stderr == ""
-    assert digest(turbulent(5)) == here
-    assert digest(turbulent(6)) != here
 
 
 def test_turbulence_has_the_strength_of_the_specification() -> None:
@@ -501,6 +506,7 @@ def test_start_that_cannot_be_trimmed_is_refused() -> None:
         fly_plan(slow)
 
 
+@pytest.mark.slow
 def test_wind_that_is_too_strong_on_the_runway_is_named() -> None:
     legs = [{"type": "parked", "duration_s": 5.0}, {"type": "takeoff"}]
     start = {"on": "runway", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 120.0, "heading_deg": 90.0}

@@ -79,8 +79,8 @@ fly_apart(flight, 0, lambda fraction: print("flies", flush=True))
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs /proc")
 @pytest.mark.parametrize(
     ("number", "when"),
-    [(signal.SIGINT, "as it starts"), (signal.SIGKILL, "flying"),
-     *slow((signal.SIGINT, "flying"), (signal.SIGKILL, "as it starts"))],
+    [(signal.SIGINT, "as it starts"),
+     *slow((signal.SIGINT, "flying"), (signal.SIGKILL, "as it starts"), (signal.SIGKILL, "flying"))],
 )  # fmt: skip
 def test_nobody_goes_on_flying_after_the_program_has_ended(tmp_path: Path, number: signal.Signals, when: str) -> None:
     """An interrupted program ends the other process; of a killed one it notices by itself, and says nothing."""

@@ -146,7 +146,7 @@ def test_velocity_is_the_derivative_of_the_position(vibrating: Vibrating) -> Non
         assert np.abs(moved - (ends[1] - ends[0])).max() < 5e-9
 
 
-@pytest.mark.parametrize("samples", [2, *slow(4)])
+@pytest.mark.parametrize("samples", [1, *slow(4)])
 @pytest.mark.parametrize("rate_hz", [10.0, 200.0])
 def test_increments_against_adaptive_quadrature(vibrating: Vibrating, rate_hz: float, samples: int) -> None:
     imu = vibrating.increments(rate_hz)
