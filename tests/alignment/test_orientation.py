@@ -143,7 +143,7 @@ def test_four_headings_cancel_the_scale_factors_too():
     assert four.heading < 1e-15
 
 
-@pytest.mark.parametrize("runs", [750, *slow(3000)])
+@pytest.mark.parametrize("runs", [200, *slow(3000)])
 @pytest.mark.parametrize("count", [2, 4])
 def test_sets_against_draws_through_the_determination(count, runs):
     """Every error of a run is the same in all positions, noise is new in each."""

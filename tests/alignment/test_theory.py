@@ -360,12 +360,14 @@ def test_26_variance_latitude_level_identical_instruments(level):
 
 
 @pytest.mark.parametrize(
-    ("attitude_deg", "latitude_deg"),
-    [((217.0, 12.0, -8.0), -35.0), *slow(((0.0, 0.0, 0.0), 50.0), ((75.0, -20.0, 30.0), 68.0))],
+    ("attitude_deg", "latitude_deg", "count"),
+    [
+        ((217.0, 12.0, -8.0), -35.0, 200_000),
+        *slow(((0.0, 0.0, 0.0), 50.0, 1_000_000), ((75.0, -20.0, 30.0), 68.0, 1_000_000)),
+    ],
 )
-def test_a_million_draws_through_the_determination_have_the_predicted_moments(attitude_deg, latitude_deg):
+def test_many_draws_through_the_determination_have_the_predicted_moments(attitude_deg, latitude_deg, count):
     rng = np.random.default_rng(11)
-    count = 1_000_000
     attitude, latitude = Attitude(*np.radians(attitude_deg)), np.radians(latitude_deg)
     means, sigmas = random_errors(rng), random_errors(rng)
     pairs = zip(vars(means).values(), vars(sigmas).values(), strict=True)
@@ -381,10 +383,10 @@ def test_a_million_draws_through_the_determination_have_the_predicted_moments(at
         assert abs(delta.std() - sigma) < 4 * sigma / np.sqrt(2 * count)
 
 
-def test_a_map_of_a_million_points_is_one_call():
-    heading, latitude = np.radians(np.linspace(0, 359, 1000)), np.radians(np.linspace(-85, 85, 1000))[:, None]
+def test_a_map_is_one_call():
+    heading, latitude = np.radians(np.linspace(0, 359, 300)), np.radians(np.linspace(-85, 85, 200))[:, None]
     sigma = error_statistics(Attitude(heading, 0.0, 0.0), latitude, None, LASER).sigma
-    assert sigma.heading.shape == sigma.latitude.shape == (1000, 1000)
+    assert sigma.heading.shape == sigma.latitude.shape == (200, 300)
     assert np.isfinite(sigma.heading).all()
 
 

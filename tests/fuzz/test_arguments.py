@@ -189,7 +189,7 @@ def test_every_call_is_sound_as_it_stands() -> None:
 
 
 def test_mangled_arguments() -> None:
-    calls(250, 1).must_be_sound()
+    calls(120, 1).must_be_sound()
 
 
 @pytest.mark.slow

@@ -75,7 +75,7 @@ def inspections(count: int, seed: int, folder: Path) -> mangle.Verdict:
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")  # of numpy, on numbers that are none
 def test_mangled_inspections(tmp_path: Path) -> None:
-    inspections(30, 1, tmp_path).must_be_sound()
+    inspections(15, 1, tmp_path).must_be_sound()
 
 
 @pytest.mark.slow

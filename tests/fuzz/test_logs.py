@@ -126,7 +126,7 @@ def logs(count: int, seed: int, folder: Path) -> mangle.Verdict:
 
 
 def test_mangled_logs(tmp_path: Path) -> None:
-    logs(150, 1, tmp_path).must_be_sound()
+    logs(80, 1, tmp_path).must_be_sound()
 
 
 @pytest.mark.slow

@@ -171,9 +171,9 @@ def settings_of_scenarios(count: int, seed: int) -> mangle.Verdict:
 
 
 def test_mangled_scenarios(tmp_path: Path) -> None:
-    tables_of_scenarios(350, 1).must_be_sound()
-    texts_of_scenarios(100, 1, tmp_path).must_be_sound()
-    settings_of_scenarios(100, 1).must_be_sound()
+    tables_of_scenarios(120, 1).must_be_sound()
+    texts_of_scenarios(50, 1, tmp_path).must_be_sound()
+    settings_of_scenarios(50, 1).must_be_sound()
 
 
 @pytest.mark.slow

@@ -16,11 +16,11 @@ from sinssim.logs.track_preparation import track_format
 
 _MOST = 6100  # characters of a message, with the word that some are left out
 _ESCAPE = b"\x1b[31m\x1b]0;title\x07\x08\x7f"
-_LONG = b"n" * 100_000
-_NAMES = b",".join(b"name_%d" % k for k in range(3_000))
+_LONG = b"n" * 30_000
+_NAMES = b",".join(b"name_%d" % k for k in range(1_000))
 
 FILES = {
-    "one line": b"a" * 300_000,
+    "one line": b"a" * 100_000,
     "zero bytes": b"\0" * 5000,
     "binary": bytes(range(256)) * 400,
     "escapes": (_ESCAPE + b",") * 20 + b"\n" + b"1,2,3,4,5,6,7\n" * 5,
@@ -34,7 +34,7 @@ FILES = {
     "kml": b'<kml><Placemark><gx:Track xmlns:gx="x"><when>' + _LONG + b"</when><gx:coord>1 2</gx:coord></gx:Track>"
     b"</Placemark></kml>",
     "ardupilot": b"FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\nFMT, 1, 9, IMU, f, " + _NAMES
-    + b"\nIMU, " + b"1, " * 2_999 + b"1\n",
+    + b"\nIMU, " + b"1, " * 999 + b"1\n",
     "ardupilot word": b"FMT, 1, 9, IMU, f, a\nIMU, " + _LONG + _ESCAPE + b"\n",
     "rtklib": b"%  GPST latitude(deg) longitude(deg) height(m) Q ns\n2024/01/01 " + _LONG + _ESCAPE + b"\n",
     "gnss-logger": b"# UncalGyro," + _NAMES + b"\nUncalGyro," + _LONG + b",1,2\n",

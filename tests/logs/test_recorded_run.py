@@ -271,10 +271,12 @@ def test_passes_with_several_beginnings_are_those_of_single_runs(tmp_path: Path)
     regular = {"length_s": 5.0, "every_s": 20.0}
     single = []
     for first in (22.0, 29.0):
-        run = sinssim.run(_with_fixes(tmp_path, reference=True, log={"outages": {**regular, "first_s": first}}))
+        outages = {"outages": {**regular, "first_s": first}}
+        run = sinssim.run(_with_fixes(tmp_path, reference=True, log=outages, filter={}))
         single += run.summary["outages"]["each"]
     pooled = sinssim.run(
-        _with_fixes(tmp_path, reference=True, log={"outages": {**regular, "first_s": (22.0, 29.0)}}), tmp_path / "run"
+        _with_fixes(tmp_path, reference=True, log={"outages": {**regular, "first_s": (22.0, 29.0)}}, filter={}),
+        tmp_path / "run",
     )
     found = pooled.summary["outages"]
     assert [one.pop("pass") for one in found["each"]] == [1, 1, 1, 2, 2]
@@ -293,6 +295,7 @@ def test_without_a_reference_solutions_are_compared_with_the_smoothed_one(tmp_pa
         _with_fixes(
             tmp_path,
             reference=False,
+            seconds=40.0,
             navigation={"algorithms": ["quaternion", "two-quaternions"]},
             filter={"smooth": True, "backward": True},
         ),

@@ -30,6 +30,7 @@ from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.curve import Curve
 from tests.estimation.worlds import biases_only, errors_of, one_run, positions, velocities, weaving
+from tests.slow import slow
 
 SIGMA_ALL = expected_errors(Imu(grade="mems-industrial")).sigma
 SIGMA = biases_only("laser-standard")
@@ -132,18 +133,19 @@ def _vector(parameters: dict[str, Array]) -> Array:
     return out
 
 
-def test_the_backward_errors_agree_with_their_covariance() -> None:
-    # the mean over four runs of the normalised squared error at three instants: 4 x 15 squares of unit variance, which
+@pytest.mark.parametrize("runs", [2, *slow(4)])
+def test_the_backward_errors_agree_with_their_covariance(runs: int) -> None:
+    # the mean over the runs of the normalised squared error at three instants: N x 15 squares of unit variance, which
     # are beyond 5 standard deviations with a probability of 1e-5
     squares = []
-    for seed in range(4):
+    for seed in range(runs):
         flight, run, _, backward = _both_ways(seed)
         errors = errors_of(MODEL, backward, flight, run)
         for instant in (5.0, 150.0, 250.0):
             k = _row(backward.time, instant)
             squares.append(float(errors[k] @ np.linalg.solve(_covariance(backward, k, MODEL), errors[k])))
-    mean = np.reshape(squares, (4, 3)).mean(axis=0) / MODEL.size
-    assert np.all(np.abs(mean - 1.0) < 5.0 * np.sqrt(2.0 / (4 * MODEL.size))), mean
+    mean = np.reshape(squares, (runs, 3)).mean(axis=0) / MODEL.size
+    assert np.all(np.abs(mean - 1.0) < 5.0 * np.sqrt(2.0 / (runs * MODEL.size))), mean
 
 
 _OWN = {

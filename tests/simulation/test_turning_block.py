@@ -49,7 +49,7 @@ def test_residual_drift_of_a_constant_error_in_the_plane_of_rotation(
     key: str, value: tuple[float, ...], size: float, what: int
 ) -> None:
     """Errors that turn with the block drive the classical equations as cos Ωt and sin Ωt: one matrix exponential."""
-    hours, rate = 6.0, 6.0 * DEG
+    hours, rate = 2.0, 6.0 * DEG
     found = error_of(run(scenario(TURNING, 3600.0 * hours, **{key: value})))
     along, across = np.zeros(7), np.zeros(7)
     first, second = (what, what + 1) if what != 1 else (1, 0)
@@ -66,7 +66,7 @@ def test_residual_drift_of_a_constant_error_in_the_plane_of_rotation(
 
 
 def test_the_bias_along_the_axis_stays() -> None:
-    hours = 6.0
+    hours = 2.0
     found = error_of(run(scenario(TURNING, 3600.0 * hours, gyro_bias_deg_h=(0.0, 0.0, 0.1))))
     expected = errors(F, NONE, driven(drift=2, size=0.1 * DEG_H), NONE, NONE, 1.0, 60.0, int(hours * 60.0))
     largest = np.abs(expected[:, 5:]).max(axis=0)

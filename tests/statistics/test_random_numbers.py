@@ -148,7 +148,7 @@ def test_angles_and_radii_are_those_of_independent_pairs() -> None:
 
 
 def test_the_two_halves_of_a_block_are_independent() -> None:
-    first, second = pairs(11, "random walk", 2, 2_000_000).reshape(2, -1, 2).transpose(2, 0, 1).reshape(2, -1)
+    first, second = pairs(11, "random walk", 2, 500_000).reshape(2, -1, 2).transpose(2, 0, 1).reshape(2, -1)
     for one, other in ((first, second), (first**2, second**2), (first**2, second), (first, second**2)):
         assert abs(np.corrcoef(one, other)[0, 1]) < 4.5 / math.sqrt(len(one))
     cells = np.histogram2d(stats.norm.cdf(first), stats.norm.cdf(second), 30, ((0, 1), (0, 1)))[0]

@@ -101,7 +101,7 @@ def at_rest(**imu: Any) -> Scenario:
     """Return an hour of a vehicle at rest, heading north: the right gyro points east, its drift moves it north."""
     place = {"latitude_deg": 45.0, "longitude_deg": 10.0, "altitude_m": 0.0, "heading_deg": 0.0, "duration_s": 3000.0}
     return Scenario.model_validate(
-        {"name": "systems", "parked": place, "imu": {"rate_hz": 2.0, **imu}, "navigation": {"vertical": "truth"}}
+        {"name": "systems", "parked": place, "imu": {"rate_hz": 1.0, **imu}, "navigation": {"vertical": "truth"}}
     )
 
 
@@ -152,7 +152,7 @@ def test_detection_time_is_the_predicted_one(teams: int) -> None:
 def test_shipped_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """A few teams; the rates of many are in docs/sensor-sets.md."""
     monkeypatch.setattr("sinssim.recording.figures.save", lambda figure, path: None)
-    monkeypatch.setattr(sys, "argv", ["compared_systems.py", "-o", str(tmp_path), "--teams", "8"])
+    monkeypatch.setattr(sys, "argv", ["compared_systems.py", "-o", str(tmp_path), "--teams", "5"])
     monkeypatch.syspath_prepend(str(STUDY.parent))
     runpy.run_path(str(STUDY), run_name="__main__")
     summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))

@@ -53,11 +53,11 @@ def test_a_failed_run_is_infinitely_far_off() -> None:
 def test_at_the_limit_five_per_cent_of_ensembles_decide() -> None:
     """A true percentile exactly at the limit: both verdicts together are wrong with at most 5 %.
 
-    2000 ensembles of 200 runs: more than 6.7 % by chance with 3e-4.
+    600 ensembles of 200 runs: more than 8.2 % by chance with 5e-4.
     """
     requirement = parse_requirement(f"cep(end) <= {np.sqrt(-2.0 * np.log(0.5))} m")
-    decided = [verdict(requirement, _TIME, radial(200, 100 + k)).verdict != "undecided" for k in range(2000)]
-    assert np.mean(decided) < 0.067
+    decided = [verdict(requirement, _TIME, radial(200, 100 + k)).verdict != "undecided" for k in range(600)]
+    assert np.mean(decided) < 0.082
     assert np.mean(decided) > 0.02  # and it is not needlessly timid
 
 
