@@ -20,6 +20,7 @@ from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
+from tests.slow import slow
 
 SCENARIO = """
 name = "car"
@@ -199,7 +200,7 @@ def test_a_session_is_recorded(scenario, tmp_path, capsys):
     assert set(recorded(tmp_path / "sway.rrd")) == {"/session/turn", "/session/velocity"}
 
 
-@pytest.mark.parametrize("method", ["quiet", "disturbed"])
+@pytest.mark.parametrize("method", ["quiet", *slow("disturbed")])
 def test_headings_lie_in_the_range_of_the_scenario(scenario, tmp_path, capsys, method):
     """300.12° is −59.88° in the range −90°…270° of the formulas: as numbers, in the tables and in the recording."""
     settings = ["--set", "parked.heading_deg=300.12", "--set", 'output.angles="-90..270"']

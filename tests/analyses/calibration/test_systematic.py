@@ -48,7 +48,9 @@ def test_the_derivatives_of_the_innovations(of: str) -> None:
         assert np.abs(found - design[:, k]).max() < 5e-3 * scale[k], one.name
 
 
-@pytest.mark.parametrize("name", ["gyro scale x", "gyro misalignment zy", "accel scale z", "accel misalignment yx"])
+@pytest.mark.parametrize(
+    "name", ["gyro scale x", "accel misalignment yx", *slow("gyro misalignment zy", "accel scale z")]
+)
 def test_one_planted_error_is_found_and_no_other(name: str) -> None:
     described = scenario("systematic", "19-positions", dwell_s=30.0, imu={"grade": "ideal"})
     ideal = fly(described).increments(20.0)
@@ -62,7 +64,7 @@ def test_one_planted_error_is_found_and_no_other(name: str) -> None:
 
 def test_drawn_errors_are_within_their_covariance() -> None:
     """Two blocks on a table of degrees, with places of the accelerometers; fails by chance once in 10^5."""
-    results = drawn(2, "systematic", "19-positions", dwell_s=60.0, imu=ARMS, **DEGREES)
+    results = drawn(2, "systematic", "19-positions", dwell_s=30.0, imu=ARMS, **DEGREES)
     check(results, 1e5)
     assert all(one.observable.all() for one in results)
     assert len(results[0].names) == 27

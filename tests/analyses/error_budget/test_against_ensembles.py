@@ -40,12 +40,11 @@ _CALIBRATED_SET = {"imu": _REDUNDANT, "compensation": {"gyro_bias_sigma_deg_h": 
 @pytest.mark.parametrize(
     ("runs", "tables"),
     [
-        (80, {"imu": {"grade": "laser-standard"}, "navigation": {"vertical": "free", "initial_error": _START}}),
-        (80, {"imu": _NOISES, "navigation": {"vertical": "baro-loop"}}),
-        (80, {"imu": {"grade": "tactical"},
+        (30, {"imu": {"grade": "laser-standard"}, "navigation": {"vertical": "free", "initial_error": _START}}),
+        (30, {"imu": _NOISES, "navigation": {"vertical": "baro-loop"}}),
+        (30, {"imu": {"grade": "tactical"},
               "compensation": {"gyro_bias_sigma_deg_h": 0.1, "accel_bias_sigma_ug": 30.0}}),
-        (10, _CALIBRATED_SET),
-        *slow((60, _CALIBRATED_SET)),
+        *slow((10, _CALIBRATED_SET), (60, _CALIBRATED_SET)),
     ],
     ids=["laser", "noises", "calibrated", "redundant", "redundant, many"],
 )  # fmt: skip
@@ -70,13 +69,13 @@ def _aided(**changes: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-@pytest.mark.parametrize("runs", [10, *slow(50)])
+@pytest.mark.parametrize("runs", [6, *slow(10, 50)])
 @pytest.mark.parametrize(
     "changes",
     [
         {},
-        {"states": ["gyro bias"], "measurement_noise_factor": 3.0},
-        {"imu": {**_REDUNDANT, "rate_hz": 10.0}, "states": ["gyro bias", "accelerometer bias"]},
+        *slow({"states": ["gyro bias"], "measurement_noise_factor": 3.0}),
+        *slow({"imu": {**_REDUNDANT, "rate_hz": 10.0}, "states": ["gyro bias", "accelerometer bias"]}),
     ],
     ids=["all states", "a filter that knows less", "redundant"],
 )

@@ -16,6 +16,7 @@ from sinssim.recording.svg_chart import html_of
 from sinssim.statistics.requirements import parse_requirements
 from tests.analyses.error_budget.worlds import SHORT_TURN, scenario
 from tests.recording.drawn import figure
+from tests.slow import slow
 
 _MANY = {"grade": "tactical", "gyro_ramp_deg_h_per_h": [1.0, 0.0, 0.0], "accel_flicker_ug": 10.0,
          "gyro_g_sensitivity_sigma_deg_h_per_g": 0.1, "accel_quadratic_sigma_ug_per_g2": 10.0}  # fmt: skip
@@ -34,7 +35,7 @@ def test_shares_add_up() -> None:
     assert "errors equal in every run" in labels or len(found.sources) > len(labels)
 
 
-@pytest.mark.parametrize("imu", [_MANY, {}, {"gyro_bias_deg_h": [1.0, 0.0, 0.0]}], ids=["many", "none", "given"])
+@pytest.mark.parametrize("imu", [*slow(_MANY), {}, {"gyro_bias_deg_h": [1.0, 0.0, 0.0]}], ids=["many", "none", "given"])
 def test_any_budget_is_drawn(imu: dict[str, Any]) -> None:
     found = result(**imu)
     wanted = ["r95(end) <= 1 m", "cep <= 100 km", "rate <= 1 nmi/h", "heading <= 1 arcmin"]

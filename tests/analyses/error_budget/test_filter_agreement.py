@@ -13,6 +13,7 @@ from sinssim.analyses.error_budget.covariance_budget import budget
 from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.units import DEG_H, DEG_SQRT_H
 from tests.analyses.error_budget.worlds import PLACE, SHORT_TURN, scenario
+from tests.slow import slow
 
 _STATES = ["gyro bias", "accelerometer bias", "gyro scale", "accelerometer scale", "gyro misalignment",
            "accelerometer misalignment"]  # fmt: skip
@@ -30,7 +31,7 @@ _WORLDS: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.parametrize("name", _WORLDS)
+@pytest.mark.parametrize("name", ["gnss", "baro", "attitudes", *slow("headings", "standstill", "wheels")])
 def test_the_models_agree(name: str) -> None:
     """To 1 % of each standard deviation, with the covariance that the filter of a run computes itself."""
     plan = scenario(

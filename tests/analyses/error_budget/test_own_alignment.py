@@ -62,7 +62,7 @@ def departures(plan: Scenario, runs: int) -> Array:
 @pytest.mark.parametrize(
     ("tables", "runs"),
     [
-        ({**_QUIET, "imu": {"grade": "laser-navigation", "rate_hz": 5.0}}, 40),
+        ({**_QUIET, "imu": {"grade": "laser-navigation", "rate_hz": 5.0}}, 20),
         ({**_QUIET, "imu": {**_NOISES, "rate_hz": 5.0}}, 20),
         ({**_ROCKING, "imu": {"grade": "laser-navigation", "rate_hz": 10.0}}, 20),
     ],

@@ -15,6 +15,7 @@ from sinssim.statistics.requirements import QUANTITIES, parse_requirement
 PAGE = (Path(__file__).parents[3] / "docs" / "budgets.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_its_code_runs(capsys: pytest.CaptureFixture[str]) -> None:
     (code,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
     names: dict[str, Any] = {}

@@ -57,11 +57,11 @@ def departures(plan: Scenario, result: BudgetResult, count: int) -> Array:
     ids=["sixteen positions", "continuous"],
 )
 def test_ensembles_of_turning_blocks(turning: dict[str, Any]) -> None:
-    """N = 100 over ten minutes; fails by chance with 0.3 % at most, see `ALLOWED`."""
-    plan = moving(600.0, turning, grade="laser-standard")
+    """N = 50 over five minutes; fails by chance with 0.3 % at most, see `ALLOWED`."""
+    plan = moving(300.0, turning, grade="laser-standard")
     epochs = make_plan(plan).epochs
     result = budget(plan, times=epochs.tolist())
-    assert np.abs(departures(plan, result, 100)).max() < ALLOWED
+    assert np.abs(departures(plan, result, 50)).max() < ALLOWED
 
 
 def _aided(seconds: float, noise: float = 1.0, **turning: Any) -> Scenario:
@@ -144,7 +144,7 @@ def test_turning_divides_the_share_of_constant_errors() -> None:
         keys = {} if turning is None else {"rotation": turning}
         motion = {"great_circle": {**MOVING["great_circle"], "duration_s": 3600.0}}
         result = budget(
-            scenario(**motion, imu={"rate_hz": 2.0 if turning is None else 10.0, "grade": "laser-standard", **keys})
+            scenario(**motion, imu={"rate_hz": 1.0 if turning is None else 5.0, "grade": "laser-standard", **keys})
         )
         parts[name] = {
             source: np.sqrt(p[-1, 0, 0] + p[-1, 1, 1]) for source, p in result.covariance.items() if p[-1, :2, :2].any()

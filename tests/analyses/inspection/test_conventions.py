@@ -18,6 +18,7 @@ from sinssim.errors import InputError
 from sinssim.logs.recorded_log import RecordedLog, recorded_log
 from sinssim.scenario import load_scenario
 from tests.analyses.inspection import worlds
+from tests.slow import slow
 
 _G = 9.80665
 _UNIX = 1_751_990_400  # 2025-07-08 16:00:00 UTC
@@ -131,8 +132,8 @@ def one_file(folder: Path) -> list[Path]:
                    "TimeUS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,Lat,Lng,Alt,vel_n_m_s,vel_e_m_s,vel_d_m_s")]  # fmt: skip
 
 
-CASES: list[Any] = [no_names, increments_first, commas, phone, dates, one_file]
-CASES.append(pytest.param(left_handed, marks=pytest.mark.slow))  # seconds: all readings at all offsets are tried
+CASES: list[Any] = [increments_first, phone, *slow(no_names, commas, dates, one_file)]
+CASES += slow(left_handed)  # seconds: all readings at all offsets are tried
 
 
 def _described(paths: list[Path], folder: Path) -> tuple[RecordedLog, str]:

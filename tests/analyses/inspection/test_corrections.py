@@ -127,6 +127,7 @@ def test_a_suggested_scenario_carries_unit_gap_and_offset(tmp_path: Path) -> Non
     assert _beyond_fixes(scenario) < 1.0
 
 
+@pytest.mark.slow
 def test_a_described_log_is_corrected_with_its_comments(tmp_path: Path) -> None:
     """The scenario keeps what is right; unit, sign and clock change, each with its reason."""
     scenario, text = _of_scenario(tmp_path, _in_g, _flipped, _ahead)

@@ -18,6 +18,7 @@ from sinssim.logs.formats.registry import folder_of
 from sinssim.scenario import load_scenario
 from tests.analyses.inspection import worlds
 from tests.logs.formats.samples import FILES
+from tests.slow import slow
 
 _DEG = np.pi / 180.0
 
@@ -144,6 +145,7 @@ def test_a_scenario_with_its_clocks_described_has_nothing_left_to_describe(tmp_p
     assert abs(float(said.text.split(" are ")[1].split(" ms")[0].split(" ")[0])) < 10.0
 
 
+@pytest.mark.slow
 def test_a_described_delay_and_refused_qualities_are_not_found_again(tmp_path: Path) -> None:
     """Float fixes that claim centimetres lie 0.3 m off: the suggested scenario refuses them, and nothing is left."""
     unit = worlds.readings()
@@ -199,7 +201,7 @@ def _written(path: Path, text: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize("off_deg", [0.0, 6.0])
+@pytest.mark.parametrize("off_deg", [*slow(0.0), 6.0])
 def test_the_attitude_of_a_reference_is_judged_without_a_filter(tmp_path: Path, off_deg: float) -> None:
     """The true attitude agrees with readings and fixes; one whose heading is off by 6° does not."""
     unit = worlds.readings()

@@ -40,6 +40,7 @@ def tried(drive: Inspected, text: str) -> Trial:
     return trial
 
 
+@pytest.mark.slow
 def test_a_good_scenario_stays_and_says_what_it_was_tried_for(
     drive: Inspected, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -53,6 +54,7 @@ def test_a_good_scenario_stays_and_says_what_it_was_tried_for(
     assert trial.finding.grade == "fact"
 
 
+@pytest.mark.slow
 def test_a_clock_that_the_motion_does_not_prove_is_tried(drive: Inspected, monkeypatch: pytest.MonkeyPatch) -> None:
     """The fixes are stamped 0.6 s late; the match suggests it without a proof, and the outages prove it."""
     assert drive.scenario is not None
@@ -65,6 +67,7 @@ def test_a_clock_that_the_motion_does_not_prove_is_tried(drive: Inspected, monke
     assert lines[lines.index("[log.imu]") + 1].startswith("time_offset_s = 0.6  # by trial: without it, the error in")
 
 
+@pytest.mark.slow
 def test_a_filter_that_refuses_the_fixes_gets_the_least_noise_with_which_it_follows_them(drive: Inspected) -> None:
     """With a tenth of the noise and no vibration the filter trusts its prediction; a larger noise mends it."""
     assert drive.scenario is not None

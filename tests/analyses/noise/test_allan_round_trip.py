@@ -14,6 +14,7 @@ from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.grades import GRADE_TABLE
 from sinssim.sensors.imu.imu import Imu
+from tests.slow import slow
 
 GRADES = [name for name, grade in GRADE_TABLE.items() if grade.gyro.random_walk > 0.0]
 FIELDS = {"Q": "quantum", "N": "random_walk", "B": "flicker", "K": "rate_walk", "R": "ramp"}
@@ -86,7 +87,7 @@ def check_alone(grade, symbol, count, rate_hz, rows):
 
 
 @pytest.mark.parametrize("symbol", FIELDS)
-@pytest.mark.parametrize("grade", [GRADES[0], GRADES[-1]])
+@pytest.mark.parametrize("grade", [GRADES[0], *slow(GRADES[-1])])
 def test_each_term_alone(grade, symbol):
     """At the best and the poorest grade: the others differ from them in scale only."""
     check_alone(grade, symbol, 36_000, 10.0, [0, 5])
@@ -161,7 +162,7 @@ def test_the_grades_own_instability_alone(grade, rate_hz):
 
 
 @pytest.mark.parametrize("rate_hz", [10.0, pytest.param(100.0, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("grade", GRADES)
+@pytest.mark.parametrize("grade", [*GRADES[:2], *slow(*GRADES[2:])])
 def test_every_grade_as_it_is(grade, rate_hz):
     """The noise that a preset has, and none besides, in ten hours on a bench: its constant errors do not matter."""
     row = GRADE_TABLE[grade]
@@ -202,7 +203,7 @@ def test_every_key_of_a_scenario_in_its_unit():
         "accel_rrw_ug_sqrt_h": 10_000.0,
         "accel_ramp_ug_per_h": [300_000.0] * 3,
     }
-    ideal = lively(72_000, 10.0)
+    ideal = lively(36_000, 10.0)
     for sensor, row in (("gyro", 0), ("accel", 3)):
         for symbol, word in (("Q", "quantum"), ("N", "rw"), ("B", "flicker"), ("K", "rrw"), ("R", "ramp")):
             key, value = next((k, v) for k, v in keys.items() if k.startswith(f"{sensor}_") and _names(k, word))

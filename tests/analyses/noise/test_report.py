@@ -31,6 +31,7 @@ from sinssim.logs.imu_samples import Samples
 from sinssim.recording.figures import figure_of
 from sinssim.recording.rerun.exhibit_recording import record
 from tests.oracles import noise
+from tests.slow import slow
 
 T = 0.1
 COUNT = 20_000
@@ -285,7 +286,7 @@ def test_known_correlation_time(log, capsys):
 
 
 @pytest.mark.rendered
-@pytest.mark.parametrize("suffix", [".svg", ".png", ".pdf"])
+@pytest.mark.parametrize("suffix", [".svg", *slow(".png", ".pdf")])
 def test_plot(log, capsys, tmp_path, suffix):
     file = tmp_path / f"allan{suffix}"
     code, out, _ = run(capsys, log, "--channel", "gyro_x", "--plot", file, "--quiet")
@@ -404,6 +405,7 @@ def test_a_part_before_a_gap(kind, tmp_path):
 PAGE = Path(__file__).parent.parent.parent.parent / "docs" / "allan.md"
 
 
+@pytest.mark.slow
 def test_the_example_of_the_documentation(tmp_path, capsys, monkeypatch):
     """Its code runs, and prints the numbers of the page, which hold what its code puts in."""
     monkeypatch.chdir(tmp_path)
