@@ -17,11 +17,20 @@ from sinssim.data import Array, ImuData, NavState
 from sinssim.errors import InputError, check_name, shortened
 
 _AXES = 32  # numpy broadcasts no more
-_WRITEABLE, _BROADCAST = 0x400, 1 << 31  # NPY_ARRAY_WRITEABLE and NPY_ARRAY_WARN_ON_WRITE of numpy's C interface
+_CONTIGUOUS, _WRITEABLE, _BROADCAST = 0x1, 0x400, 1 << 31
+# NPY_ARRAY_C_CONTIGUOUS, NPY_ARRAY_WRITEABLE and NPY_ARRAY_WARN_ON_WRITE of numpy's C interface
+_DOUBLE = np.dtype(np.float64)
 
 
 def numbers(name: str, values: Any) -> Array:
     """Return an argument as a contiguous writeable array of doubles; one that is such an array is returned itself."""
+    if (  # by far the most frequent case
+        type(values) is np.ndarray
+        and values.dtype is _DOUBLE
+        and values.ndim <= _AXES
+        and values.flags.num & (_CONTIGUOUS | _WRITEABLE | _BROADCAST) == _CONTIGUOUS | _WRITEABLE
+    ):
+        return values
     masked = sys.modules.get("numpy.ma")  # nothing is masked before it is loaded
     if masked is not None and isinstance(values, masked.MaskedArray):
         if masked.is_masked(values):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -185,9 +186,11 @@ def _check_triad(triad: TriadErrors, name: str) -> None:
 
 
 def _check(name: str, value: Any, shape: tuple[int, ...]) -> None:
+    if shape == () and type(value) is float and isfinite(value):  # by far the most frequent
+        return
     with suppress(InputError):
         array = numbers(name, value)
-        if array.shape == shape and np.all(np.isfinite(array)):
+        if array.shape == shape and np.isfinite(array).all():
             return
     wanted = "one finite number" if shape == () else f"finite numbers of shape {shape}"
     shown = value.tolist() if isinstance(value, np.ndarray) else value

@@ -185,7 +185,7 @@ class GreatCircle(ClosedForm):
             earth.q_en(latitude, longitude), rotation.quaternion_from_euler(0.0, 0.0, course)
         )
         u = np.arange(2 * (_HARMONICS + 1)) * np.pi / (2 * (_HARMONICS + 1))
-        spectrum = np.fft.rfft(np.linalg.norm(self._path(u)[1], axis=1)) / len(u)
+        spectrum = np.fft.rfft(np.linalg.norm(self._tangent(u)[0], axis=1)) / len(u)
         # |dr/du| = mean + Re Σ c_k exp(2iku); its integral has c_k/(2ik) instead of c_k
         k = np.arange(1, _HARMONICS + 1)
         self._mean = spectrum[0].real
@@ -221,22 +221,30 @@ class GreatCircle(ClosedForm):
         flight.end = float(flight._length(np.array(angle))) / speed
         return flight
 
-    def _path(self, u: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Return r, dr/du, d²r/du² of the point on the circle, and t and n, each (N, 3)."""
+    def _tangent(self, u: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
+        """Return dr/du of the point on the circle, t and n, each (N, 3), and N, N' and N' over z', each (N, 1) m."""
         e2 = self.ellipsoid.e2
         c, s = np.cos(u)[:, None], np.sin(u)[:, None]
         n, t = c * self._n0 + s * self._t0, c * self._t0 - s * self._n0
         z, dz = n[:, 2:], t[:, 2:]
         w = 1.0 - e2 * z * z
         radius = self.ellipsoid.a / np.sqrt(w)
-        # N' and N'' along the circle, with z'' = −z
         slope = radius * e2 * z / w
         radius1 = slope * dz
+        k = np.array([0.0, 0.0, e2])
+        r1 = radius1 * n + (radius + self._height) * t - k * (radius1 * z + radius * dz)
+        return r1, t, n, radius, radius1, slope
+
+    def _path(self, u: Array) -> tuple[Array, Array, Array, Array, Array]:
+        """Return r, dr/du, d²r/du² of the point on the circle, and t and n, each (N, 3)."""
+        r1, t, n, radius, radius1, slope = self._tangent(u)
+        e2, h = self.ellipsoid.e2, self._height
+        z, dz = n[:, 2:], t[:, 2:]
+        w = 1.0 - e2 * z * z
+        # N'' along the circle, with z'' = −z
         radius2 = radius * e2 * (1.0 + 2.0 * e2 * z * z) / (w * w) * dz * dz - slope * z
         k = np.array([0.0, 0.0, e2])
-        h = self._height
         r = (radius + h) * n - k * (radius * z)
-        r1 = radius1 * n + (radius + h) * t - k * (radius1 * z + radius * dz)
         r2 = (radius2 - radius - h) * n + 2.0 * radius1 * t - k * (radius2 * z + 2.0 * radius1 * dz - radius * z)
         return r, r1, r2, t, n
 
@@ -249,7 +257,7 @@ class GreatCircle(ClosedForm):
         distance = self._speed * time
         u = distance / self._mean
         for _ in range(2):  # Newton: errors of 2e-3, 2e-8, 2e-18 rad, as |dr/du| varies by 1 %
-            u = u - (self._length(u) - distance) / np.linalg.norm(self._path(u)[1], axis=1)
+            u = u - (self._length(u) - distance) / np.linalg.norm(self._tangent(u)[0], axis=1)
         r, r1, r2, t, n = self._path(u)
         norm2 = np.einsum("ij,ij->i", r1, r1)
         rate = self._speed / np.sqrt(norm2)
