@@ -116,7 +116,7 @@ def test_perfect_instruments_leave_only_what_the_sway_adds(vehicle, ideal):
 
 def test_laser_gyros_align_on_the_swaying_base_as_theory_says_and_eq_1_does_not(vehicle, ideal):
     """Heading within twice the quiet base's σ; eq. (1) on the same data is degrees off."""
-    runs = 60
+    runs = 25
     truth, errors, latitudes, means = angles_at(vehicle, 300.0), [], [], []
     for seed in range(runs):
         imu = emulate(ideal, LASER, seed)

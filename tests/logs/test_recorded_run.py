@@ -266,6 +266,7 @@ def test_outages_are_withheld_and_judged(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_passes_with_several_beginnings_are_those_of_single_runs(tmp_path: Path) -> None:
     """The outages of three passes are those of three runs, and the run itself has all satellites."""
     regular = {"length_s": 5.0, "every_s": 20.0}

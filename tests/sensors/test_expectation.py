@@ -189,7 +189,7 @@ NOISES: list[tuple[dict[str, Any], tuple[str, ...]]] = [
 ]
 
 
-@pytest.mark.parametrize("runs", [100, *slow(300)])
+@pytest.mark.parametrize("runs", [60, *slow(300)])
 @pytest.mark.parametrize(("errors", "terms"), NOISES, ids=lambda value: str(value)[:40])
 def test_each_noise_alone(errors: dict[str, Any], terms: tuple[str, ...], runs: int) -> None:
     """Root mean square over N runs: twice as many numbers, which tell it to 1/√(4N), 2.9 % for 300."""
@@ -206,7 +206,7 @@ def test_each_noise_alone(errors: dict[str, Any], terms: tuple[str, ...], runs: 
     assert np.sqrt(square) == pytest.approx(expected.total, rel=3.0 / np.sqrt(4 * runs))
 
 
-@pytest.mark.parametrize("runs", [100, *slow(300)])
+@pytest.mark.parametrize("runs", [50, *slow(300)])
 @pytest.mark.parametrize("errors", [{"gyro_quantum_arcsec": 100.0}, {"accel_quantum_mm_s": 500.0}], ids=str)
 def test_quantisation_alone(errors: dict[str, Any], runs: int) -> None:
     """What the pulses add to a noise that runs over many of them, so that every remainder is as likely."""

@@ -26,6 +26,7 @@ from sinssim.simulation.one_component_run import OneComponentResult, compute
 from sinssim.truth.one_component import OneComponent
 from sinssim.units import DEG
 from tests.recording.shown import still
+from tests.slow import slow
 
 UG, DEG_H = 9.80665e-6, 4.84813681109536e-6
 G, R = 9.81, 6371000.0
@@ -63,7 +64,7 @@ def pendulum(time: np.ndarray, mounting: float = 0.0) -> np.ndarray:
     return solved.y
 
 
-@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("variant", ["measured", "two-integrals", *slow("one-integral")])
 def test_simulation_obeys_8_11_along_a_motion(variant: str) -> None:
     """The bar: 1e-3 of the error at 100 µg and 0.01 deg/h, the raw error against the truth; 2.5e-4 is reached.
 
@@ -258,6 +259,7 @@ def test_errors_beyond_all_numbers_are_refused() -> None:
         compute(section, 0)
 
 
+@pytest.mark.slow
 def test_numbers_of_the_page() -> None:
     """docs/one-component.md: the shipped scenario."""
     section = load_scenario("one_component").one_component

@@ -132,7 +132,7 @@ def one_file(folder: Path) -> list[Path]:
                    "TimeUS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,Lat,Lng,Alt,vel_n_m_s,vel_e_m_s,vel_d_m_s")]  # fmt: skip
 
 
-CASES: list[Any] = [increments_first, phone, *slow(no_names, commas, dates, one_file)]
+CASES: list[Any] = [phone, *slow(no_names, increments_first, commas, dates, one_file)]
 CASES += slow(left_handed)  # seconds: all readings at all offsets are tried
 
 

@@ -116,6 +116,7 @@ def _of_scenario(folder: Path, *mangles: Mangle) -> tuple[Path, str]:
     return folder / "out.toml", found.scenario
 
 
+@pytest.mark.slow
 def test_a_suggested_scenario_carries_unit_gap_and_offset(tmp_path: Path) -> None:
     """°/s in columns that claim rad/s, 4 s without a row, and stamps 0.7 s late."""
     scenario = _of_files(tmp_path, _degrees, _gap, _late)

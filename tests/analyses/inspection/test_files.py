@@ -68,6 +68,7 @@ def test_a_log_without_a_line_of_names(tmp_path: Path) -> None:
     assert told["imu"]["gyro_bias_sigma_deg_h"] == pytest.approx(largest, rel=0.05)
 
 
+@pytest.mark.slow
 def test_the_unit_of_the_gyros_is_decided_by_the_fixes(tmp_path: Path) -> None:
     """A slow drive's rates in °/s are below 6 and look like rad/s."""
     unit = worlds.readings(rate_hz=50.0)

@@ -199,6 +199,7 @@ def test_channels_that_saturate_freeze_or_die() -> None:
     assert "y channel of the gyros never changes" in _said(_inspect(replace(unit, gyro=gyro), None), "gyros", "wrong")
 
 
+@pytest.mark.slow
 def test_axes_of_a_format_that_gravity_contradicts() -> None:
     """A unit whose x, y, z point right, up and backward, in a file whose format says forward, left and up."""
     unit = worlds.readings()

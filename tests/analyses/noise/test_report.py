@@ -130,8 +130,9 @@ def test_rates_at_rounded_times_in_other_axes(tmp_path):
         'kind = "rates"\ntime = 1\ntime_unit = "s"\ndelimiter = "whitespace"\naxes = ["right", "forward", "up"]\n'
         '[gyro]\ncolumns = [2, 3, 4]\nunit = "deg/s"\n[accel]\ncolumns = [5, 6, 7]\nunit = "g"\n'
     )
-    found = noise_report(tmp_path / "log.txt", columns=tmp_path / "log.toml")
-    own = noise_report(write(tmp_path / "own.csv", gyro, accel))
+    both = {"channels": ["gyro_y", "accel_x"]}
+    found = noise_report(tmp_path / "log.txt", columns=tmp_path / "log.toml", **both)
+    own = noise_report(write(tmp_path / "own.csv", gyro, accel), **both)
     assert found.remarks == ()
     for a, b in zip(found.channels, own.channels, strict=True):
         assert a.name == b.name

@@ -173,9 +173,10 @@ def test_allan_deviation_of_flicker_is_flat() -> None:
         assert np.sqrt((own - between) / m**2) == pytest.approx(flat, rel=0.002)
 
 
-def test_allan_deviation_of_flicker_is_flat_as_far_as_is_said() -> None:
+@pytest.mark.parametrize("far", [2.5e5, *slow(2.5e6)])
+def test_allan_deviation_of_flicker_is_flat_as_far_as_is_said(far: float) -> None:
     """Within 0.2 % up to 2.5·10⁶ samples, 0.5 % below at 3·10⁶ and 1.5 % at 4·10⁶: the same closed form, by sums."""
-    r = autocovariance_of_flicker(4_000_000 * 2)
+    r = autocovariance_of_flicker(round(1.6 * far) * 2)
     lags = np.arange(len(r))
     sums, moments = np.cumsum(r), np.cumsum(lags * r)
 
@@ -185,9 +186,10 @@ def test_allan_deviation_of_flicker_is_flat_as_far_as_is_said() -> None:
     def off(m: int) -> float:  # Allan variance: (m₂ − m₁)²/2, and (m₁ + m₂)/2 is the mean of 2m
         return float(np.sqrt(2 * (mean_square(m) - mean_square(2 * m)) / (2 * np.log(2) / np.pi)) - 1)
 
-    assert max(abs(off(m)) for m in np.geomspace(1, 2.5e6, 400).astype(int)) < 0.0019
-    assert off(3_000_000) == pytest.approx(-0.0054, abs=2e-4)
-    assert off(4_000_000) == pytest.approx(-0.0146, abs=2e-4)
+    assert max(abs(off(m)) for m in np.geomspace(1, far, 400).astype(int)) < 0.0019
+    if far == FLICKER_SAMPLES:
+        assert off(3_000_000) == pytest.approx(-0.0054, abs=2e-4)
+        assert off(4_000_000) == pytest.approx(-0.0146, abs=2e-4)
     assert FLICKER_SAMPLES == 2.5e6
 
 

@@ -37,6 +37,7 @@ def check(summary: dict[str, Any]) -> None:
     assert growth["both_arcsec"] == pytest.approx(growth["random_walk_arcsec"], rel=0.6)
 
 
+@pytest.mark.slow
 def test_quick_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     # drawing takes a third of the time
     monkeypatch.setattr("sinssim.recording.figures.save", lambda figure, path: None)
