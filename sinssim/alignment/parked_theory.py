@@ -367,7 +367,7 @@ def linear(c: Coefficients, d_rate: Array, d_force: Array) -> Angles:
     """
 
     def dot(coefficient: Array, value: Array) -> Array:
-        return np.asarray(np.einsum("...i,...i->...", *np.broadcast_arrays(coefficient, value)))
+        return np.asarray(np.einsum("...i,...i->...", coefficient, value))
 
     return Angles(
         dot(c.m, d_rate) + dot(c.n, d_force), dot(c.q, d_force), dot(c.l, d_force), dot(c.p, d_rate) + dot(c.r, d_force)
