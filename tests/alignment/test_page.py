@@ -59,6 +59,7 @@ def test_logs(tmp_path, capsys, index):
         assert result[f"{name}_deg"] == pytest.approx(value, abs=1e-7)
 
 
+@pytest.mark.slow
 def test_commands(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     rate, force = (np.tile(reading, (1200, 1)) for reading in ideal_readings(0.3, 0.0, 0.0, np.radians(50.0)))

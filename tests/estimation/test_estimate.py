@@ -82,13 +82,17 @@ def test_errors_lie_within_their_sigmas_and_biases_are_found() -> None:
     assert 0.5 * 15 < np.mean(values) < 1.6 * 15  # 3 × 15 degrees of freedom: 0.63 … 1.46 in 95 %
 
 
-def test_what_is_fed_back_when_makes_no_difference() -> None:
+@pytest.mark.parametrize("seconds", [100, *slow(300)])
+def test_what_is_fed_back_when_makes_no_difference(seconds: int) -> None:
     _, run, given = world(3)
-    usual = estimate(run.imu, run.initial, given, MODEL)
+    count = 20 * seconds
+    imu = ImuData(run.imu.time[: count + 1], run.imu.dtheta[:count], run.imu.dvel[:count])
+    given = [only(m, m.time <= seconds) for m in given]
+    usual = estimate(imu, run.initial, given, MODEL)
     everything = np.arange(len(usual.time))
-    textbook = estimate(run.imu, run.initial, given, MODEL, feedback_s=1.0)  # after every update
+    textbook = estimate(imu, run.initial, given, MODEL, feedback_s=1.0)  # after every update
     assert in_sigmas(usual, textbook, everything, everything) < 0.01
-    open_loop = estimate(run.imu, run.initial, given, MODEL, loop="open")
+    open_loop = estimate(imu, run.initial, given, MODEL, loop="open")
     # in the open loop the errors are as large as inertial navigation makes them: 0.4″ of second order in the attitude
     assert in_sigmas(usual, open_loop, everything, everything) < 0.1
 

@@ -86,7 +86,7 @@ def test_residual_is_second_order_in_the_errors() -> None:
     apart = []
     for share in (1.0, 0.1):
         pushed = {name: {"bias_ug": 100.0 * share} for name in PUSHED}
-        result = computed("one-integral", **pushed, gyro={"bias_deg_h": 0.01 * share}, motion=FLYING)
+        result = computed("one-integral", **pushed, gyro={"bias_deg_h": 0.01 * share}, motion=FLYING, duration_s=4000.0)
         apart.append(np.abs(result.caused.coordinate - result.pendulum.coordinate).max())
     assert apart[0] / apart[1] == pytest.approx(100.0, rel=0.05)
 

@@ -20,6 +20,7 @@ from sinssim.scenario.schema import Scenario
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.units import ARCMIN, DEG_H, UG
 from tests.oracles.parked_errors import errors, system
+from tests.slow import slow
 
 LATITUDE, HOURS = np.radians(45.0), 48.0
 RADII = tuple(float(radius) for radius in earth.radii(LATITUDE, WGS84))
@@ -76,7 +77,10 @@ CASES: dict[str, tuple[dict[str, Any], NDArray[np.float64], NDArray[np.float64]]
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+FEW = ("gyro north", "accelerometer east", "heading", "velocity north")
+
+
+@pytest.mark.parametrize("case", [*FEW, *slow(*(case for case in CASES if case not in FEW))])
 def test_oscillations_of_a_parked_unit_over_two_days(case: str) -> None:
     keys, start, drive = CASES[case]
     found = parked(**keys)

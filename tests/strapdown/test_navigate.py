@@ -26,6 +26,7 @@ from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.units import ARCSEC, DEG_H, PPM, UG
 from tests.oracles import error_equations as oracle
 from tests.oracles.s_turn import STurn
+from tests.slow import slow
 
 HOUR = 3600.0
 SPEED = 220.0
@@ -127,7 +128,7 @@ def sources_of(cause: str) -> oracle.Sources:
     )
 
 
-@pytest.mark.parametrize("speed", [0.0, SPEED])
+@pytest.mark.parametrize("speed", [*slow(0.0), SPEED])
 @pytest.mark.parametrize("cause", CAUSES)
 def test_one_error_alone_is_that_of_the_error_equations(cause: str, speed: float) -> None:
     motion = on_a_parallel(np.radians(50.0), speed)

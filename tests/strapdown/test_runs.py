@@ -22,6 +22,7 @@ from sinssim.recording.rerun.views import all_views
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.plan_summary import plan_lines
 from sinssim.units import ARCSEC, DEG, DEG_H, PPM
+from tests.slow import slow
 
 LEVEL = {"latitude_deg": 50.0, "course_deg": 40.0, "speed_mps": 200.0, "altitude_m": 5000.0, "duration_s": 60.0}
 QUIET = {"grade": "ideal", "rate_hz": 50.0}
@@ -111,7 +112,7 @@ def test_coning_does_not_reach_a_platform() -> None:
     assert result.errors["platform"].horizontal.max() < 1e-6
 
 
-@pytest.mark.parametrize("algorithm", ["functional-iteration", "rotation-vector-4"])
+@pytest.mark.parametrize("algorithm", [*slow("functional-iteration"), "rotation-vector-4"])
 def test_beside_an_algorithm_with_fewer_rows(algorithm: str, tmp_path: Path) -> None:
     result = run(scenario(navigation={"algorithms": ["platform", algorithm]}), tmp_path / "run")
     assert result.summary["platform"]["strapdown"]["algorithm"] == algorithm

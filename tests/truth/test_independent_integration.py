@@ -11,6 +11,7 @@ from sinssim.scenario.true_motion import fly
 from sinssim.truth import Trajectory
 from sinssim.truth.curve import Curve
 from tests.oracles import integrator as oracle
+from tests.slow import slow
 from tests.truth.motions import ecef, synthetic_flight
 
 
@@ -58,7 +59,7 @@ def test_smooth_flight_of_ten_minutes() -> None:
     assert attitude < 1e-11
 
 
-@pytest.mark.parametrize("turbulence", [False, True])
+@pytest.mark.parametrize("turbulence", [*slow(False), True])
 def test_airliner_for_ten_minutes(turbulence: bool) -> None:
     horizontal, attitude = closure(airliner(600.0, turbulence), 100.0)
     assert horizontal < 1e-4
@@ -66,7 +67,7 @@ def test_airliner_for_ten_minutes(turbulence: bool) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("turbulence", [False, True])
+@pytest.mark.parametrize("turbulence", [*slow(False), True])
 def test_airliner_for_an_hour(turbulence: bool) -> None:
     """The bar is 0.005 m; the independent integrator comes ten times nearer."""
     horizontal, attitude = closure(airliner(3600.0, turbulence), 100.0)

@@ -131,6 +131,7 @@ def test_no_file_at_all(tmp_path: Path) -> None:
         inspect([tmp_path / "missing.csv"])
 
 
+@pytest.mark.slow
 def test_a_scenario_with_its_clocks_described_has_nothing_left_to_describe(tmp_path: Path) -> None:
     """The offset that was found and written is not found again."""
     unit = worlds.readings(late=0.4)
