@@ -9,6 +9,7 @@ import shlex
 import signal
 import sys
 from collections.abc import Generator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -58,13 +59,36 @@ def pytest_unconfigure(config: pytest.Config) -> None:
         reporter.write_line(f"repeat: {shlex.join([*command, *dict.fromkeys(r.nodeid for r in reports)])}")
 
 
-@pytest.fixture(autouse=True)
-def pictures(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(autouse=True, scope="module")
+def savefig(request: pytest.FixtureRequest) -> Generator[Any]:
     """Make figures in all tests, but let matplotlib render them only where a test looks at pictures.
 
     Those are the tests of `sinssim.recording` and those with the mark `rendered`. Rendering takes 0.2 s a figure, and a
-    report has up to twenty.
+    report has up to twenty. A module's fixtures do not render either.
     """
-    if "recording" in request.path.parts or request.node.get_closest_marker("rendered"):
-        return
-    monkeypatch.setattr("matplotlib.figure.Figure.savefig", _written)
+    from matplotlib.figure import Figure
+
+    with pytest.MonkeyPatch.context() as patch:
+        original = Figure.savefig
+        if "recording" not in request.path.parts:
+            patch.setattr(Figure, "savefig", _written)
+        yield original
+
+
+@pytest.fixture(autouse=True)
+def rendered(request: pytest.FixtureRequest, savefig: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let matplotlib render in tests with the mark `rendered`."""
+    if request.node.get_closest_marker("rendered"):
+        monkeypatch.setattr("matplotlib.figure.Figure.savefig", savefig)
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _one_command_line() -> Generator[None]:
+    """Put the command line together once, not at each call: that takes 50 ms."""
+    import typer.main
+    import typer.testing
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(typer.main, "get_command", cache(typer.main.get_command))
+        patch.setattr(typer.testing, "_get_command", typer.main.get_command)
+        yield

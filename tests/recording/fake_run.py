@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 import time
 from pathlib import Path
 
@@ -101,9 +100,8 @@ def install(count: int, replace=setattr) -> FakeTrajectory:
     return fake
 
 
-def main() -> None:
-    """Run in a process of its own, and interrupt it in the middle or limit the size of its files."""
-    how, directory, count = sys.argv[1], Path(sys.argv[2]), int(sys.argv[3])
+def run_until(how: str, directory: Path, count: int) -> None:
+    """Run, to be called in a process of its own, and interrupt it in the middle or limit the size of its files."""
     install(count)
     if how == "disk":
         import resource
@@ -119,7 +117,3 @@ def main() -> None:
     from sinssim.experiments.run.execute import run
 
     run(scenario(detail="full"), directory, overwrite=True)
-
-
-if __name__ == "__main__":
-    main()

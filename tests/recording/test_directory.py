@@ -6,7 +6,6 @@ import json
 import os
 import signal
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +25,7 @@ from sinssim.recording.rerun.viewer import find_recording, find_run_info
 from sinssim.recording.result import RunDirectory
 from sinssim.scenario.navigation_section import InitialErrorSection, initial_state_with_errors
 from sinssim.strapdown.navigation_error import navigation_error
+from tests.fork import Fork
 from tests.recording import fake_run
 
 COUNT = 70_000  # more than one chunk of 65 536 rows
@@ -263,14 +263,10 @@ def test_directory_holds_what_it_should_and_nothing_else(recorded):
     assert (directory / "scenario.toml").read_text() == result.scenario.to_toml()
 
 
-def in_process(how: str, directory: Path, count: int = 2_000) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "tests.recording.fake_run", how, str(directory), str(count)],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=Path(__file__).parents[2],
-    )
+def in_process(how: str, directory: Path, count: int = 2_000) -> Fork:
+    process = Fork(lambda: fake_run.run_until(how, directory, count))
+    process.wait()
+    return process
 
 
 def check_what_is_left(directory: Path, status: str) -> None:
@@ -292,7 +288,7 @@ def check_what_is_left(directory: Path, status: str) -> None:
 def test_an_interrupted_run_keeps_a_valid_recording(tmp_path):
     ended = in_process("interrupt", tmp_path / "run")
     assert ended.returncode != 0
-    assert "KeyboardInterrupt" in ended.stderr
+    assert "KeyboardInterrupt" in ended.stderr()
     check_what_is_left(tmp_path / "run", "interrupted")
     assert [p.name for p in tmp_path.iterdir()] == ["run"]
 
@@ -315,8 +311,8 @@ def test_a_full_disk_leaves_nothing_and_loses_nothing(tmp_path):
     (tmp_path / "run" / "summary.json").write_text("{}")
     (tmp_path / "run" / ".sinssim.json").write_text('{"files": ["summary.json"]}')
     ended = in_process("disk", tmp_path / "run", 20_000)
-    assert "InputError" in ended.stderr
-    assert "could not be written" in ended.stderr
+    assert "InputError" in ended.stderr()
+    assert "could not be written" in ended.stderr()
     assert [p.name for p in tmp_path.iterdir()] == ["run"]
     assert {p.name for p in (tmp_path / "run").iterdir()} == {"summary.json", ".sinssim.json"}
 

@@ -14,7 +14,7 @@ from sinssim.experiments.ensembles import ensemble_execution
 from sinssim.experiments.ensembles.ensemble_plan import TruthCache, make_plan
 from tests.experiments.ensembles.examples import AIDED, scenario
 from tests.experiments.ensembles.test_run import LINUX, children
-from tests.slow import slow
+from tests.fork import Fork
 
 
 def test_the_motion_that_runs_share_is_sent() -> None:
@@ -43,14 +43,21 @@ def test_motions_of_their_own_are_not_sent(monkeypatch) -> None:
     assert pickle.loads(ensemble_execution._told(plan, truths))[1] is None
 
 
-@pytest.mark.parametrize("part", [0.5, *slow(0.0, 1.0)])
+@pytest.mark.parametrize("part", [0.0, 0.5, 1.0])
 def test_a_process_whose_parent_is_killed_ends_without_a_word(part: float) -> None:
     """The pipe breaks before, within, or after what the process is told."""
     truths = TruthCache()
     task = ensemble_execution._told(make_plan(scenario(AIDED), truths), truths)
+    process = Fork(ensemble_execution.serve)
+    process.stdin.write(task[: int(part * len(task))])
+    process.stdin.close()
+    assert (process.wait(), process.stdout.read(), process.stderr()) == (0, b"", "")
+
+
+@pytest.mark.slow
+def test_a_process_that_starts_anew_ends_so_too() -> None:
     program = "from sinssim.experiments.ensembles.ensemble_execution import serve; serve()"
-    told = task[: int(part * len(task))]
-    ended = subprocess.run([sys.executable, "-c", program], input=told, capture_output=True, check=False)
+    ended = subprocess.run([sys.executable, "-c", program], input=b"", capture_output=True, check=False)
     assert (ended.returncode, ended.stdout, ended.stderr) == (0, b"", b"")
 
 

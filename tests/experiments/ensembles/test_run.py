@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,8 @@ import pytest
 import sinssim
 from sinssim.experiments.ensembles import ensemble_directory, ensemble_execution, ensemble_plan, ensemble_run
 from tests.experiments.ensembles.examples import AIDED, PARKED, files, scenario
+from tests.fork import Fork
+from tests.slow import slow
 
 LINUX = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="children are found below /proc")
 
@@ -54,8 +57,11 @@ def test_files_do_not_depend_on_the_number_of_threads(tmp_path) -> None:
 
 
 @LINUX
-def test_a_process_that_dies_costs_its_group_only(tmp_path) -> None:
-    """Processes give the files of one thread; so do they if one is killed."""
+@pytest.mark.parametrize("anew", [False, *slow(True)])
+def test_a_process_that_dies_costs_its_group_only(anew: bool, tmp_path, monkeypatch) -> None:
+    """Processes give the files of one thread; so do they if one is killed. To start anew takes seconds."""
+    if not anew:
+        monkeypatch.setattr(ensemble_execution, "_start", lambda: Fork(ensemble_execution.serve))
     base = scenario(ALIGNING)
     sinssim.ensemble(base, 6, tmp_path / "thread", threads=1)
     killed = []
@@ -271,16 +277,13 @@ def _beyond(base: sinssim.Scenario) -> Any:
     return base.ensemble.vary[0].model_copy(update={"low": 1000.0, "high": 2000.0})  # type: ignore[union-attr]
 
 
-def _killed_and_resumed(tmp_path: Path, kills: int, runs: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def _killed_and_resumed(
+    tmp_path: Path, kills: int, runs: int, start: Callable[[Path], Fork | subprocess.Popen[bytes]]
+) -> None:
     """Kill an ensemble at random moments after its start, continue it each time, and compare with a whole one."""
-    monkeypatch.undo()  # groups are as large as those of the command
-    monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)
-    file = tmp_path / "standing.toml"
-    file.write_text(scenario().to_toml(), encoding="utf-8")
-    command = [sys.executable, "-m", "sinssim", "ensemble", str(file), "--runs", str(runs), "-q", "--threads", "2"]
     rng, place = random.Random(3), tmp_path / "killed"
     for _ in range(kills):
-        process = subprocess.Popen([*command, "-o", str(place), "--resume"], stderr=subprocess.DEVNULL)
+        process = start(place)
         end = time.monotonic() + 60.0
         have = len(list((place / "runs").glob("*"))) if (place / "runs").is_dir() else 0
         while process.poll() is None and time.monotonic() < end:
@@ -295,10 +298,22 @@ def _killed_and_resumed(tmp_path: Path, kills: int, runs: int, monkeypatch: pyte
     assert files(place) == files(tmp_path / "whole")
 
 
-def test_killed_once_and_resumed(tmp_path, monkeypatch) -> None:
-    _killed_and_resumed(tmp_path, 1, 150, monkeypatch)
+def test_killed_once_and_resumed(tmp_path) -> None:
+    def start(place: Path) -> Fork:
+        return Fork(lambda: sinssim.ensemble(scenario(), 60, place, threads=1))
+
+    _killed_and_resumed(tmp_path, 1, 60, start)
 
 
 @pytest.mark.slow
 def test_killed_at_five_random_moments_and_resumed(tmp_path, monkeypatch) -> None:
-    _killed_and_resumed(tmp_path, 5, 400, monkeypatch)
+    monkeypatch.undo()  # groups are as large as those of the command
+    monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)
+    file = tmp_path / "standing.toml"
+    file.write_text(scenario().to_toml(), encoding="utf-8")
+    command = [sys.executable, "-m", "sinssim", "ensemble", str(file), "--runs", "400", "-q", "--threads", "2"]
+
+    def start(place: Path) -> subprocess.Popen[bytes]:
+        return subprocess.Popen([*command, "-o", str(place), "--resume"], stderr=subprocess.DEVNULL)
+
+    _killed_and_resumed(tmp_path, 5, 400, start)
