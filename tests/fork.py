@@ -29,7 +29,7 @@ class Fork:
         """Start the process; an exception is printed on its standard error, and its exit code is 1."""
         self.returncode: int | None = None
         self._waiting = threading.Lock()
-        self._errors = tempfile.TemporaryFile("w+", encoding="utf-8")
+        self._errors = tempfile.TemporaryFile("w+", encoding="utf-8")  # noqa: SIM115
         with self._one_at_a_time:
             inside, stdin = os.pipe()
             stdout, outside = os.pipe()
@@ -44,9 +44,9 @@ class Fork:
             os.close(outside)
         self.stdin, self.stdout = os.fdopen(stdin, "wb"), os.fdopen(stdout, "rb")
 
-    def kill(self) -> None:
+    def kill(self, number: int = signal.SIGKILL) -> None:
         if self.poll() is None:
-            os.kill(self.pid, signal.SIGKILL)
+            os.kill(self.pid, number)
 
     def poll(self) -> int | None:
         return self._wait(os.WNOHANG)
@@ -78,6 +78,8 @@ def _become(function: Callable[[], object], streams: tuple[int, int, int]) -> No
         sys.stdin, sys.stdout, sys.stderr = os.fdopen(0), os.fdopen(1, "w"), os.fdopen(2, "w")
         function()
         code = 0
+    except SystemExit as end:
+        code = end.code if isinstance(end.code, int) else int(end.code is not None)
     except BaseException:
         traceback.print_exc()
     finally:

@@ -18,6 +18,7 @@ import sinssim
 from sinssim.cli import app as cli
 from sinssim.cli.app import command_names
 from sinssim.errors import InputError
+from tests.fork import Fork
 from tests.scenario.examples import FLIGHT, PARKED
 from tests.slow import slow
 
@@ -54,8 +55,9 @@ def process(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.parametrize(
     "arguments",
-    [["--help"], ["--version"], ["run", "--help"], ["list", "algorithms"], ["list", "scenarios"], ["list", "views"]],
-)
+    [["--help"], ["list", "scenarios"], ["list", "views"],
+     *slow((["--version"],), (["run", "--help"],), (["list", "algorithms"],))],
+)  # fmt: skip
 def test_light_commands_import_nothing_heavy(arguments: list[str]) -> None:
     code = (
         "import sys\nfrom sinssim.cli.app import main\n"
@@ -321,11 +323,12 @@ def test_wrong_usage(arguments: list[str], capsys: pytest.CaptureFixture[str]) -
     assert capsys.readouterr().out == ""
 
 
-def test_no_traceback_but_with_debug(folder: Path) -> None:
+def test_no_traceback_but_with_debug(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "plan.toml").write_text(PARKED.replace("20.0", "-1.0"))
-    plain = process("run", "plan.toml", cwd=folder)
-    assert (plain.returncode, plain.stdout) == (2, "")
-    assert "Traceback" not in plain.stderr
+    assert call("run", "plan.toml") == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "Traceback" not in err
     debug = process("run", "plan.toml", "--debug", cwd=folder)
     assert debug.returncode == 1
     assert "Traceback" in debug.stderr
@@ -401,27 +404,26 @@ def test_more_samples_than_memory(
 def test_progress_on_a_terminal_only_and_on_standard_error(folder: Path) -> None:
     (folder / "plan.toml").write_text(PARKED)
     ours, theirs = os.openpty()
-    child = subprocess.Popen(
-        [sys.executable, "-m", "sinssim", "run", "plan.toml", "--json"],
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=theirs,
-        env={**os.environ, "TERM": "xterm"},
-    )
+
+    def on_a_terminal() -> None:
+        sys.stderr = os.fdopen(theirs, "w")
+        os.environ["TERM"] = "xterm"
+        cli.main(["run", "plan.toml", "--json"])
+
+    child = Fork(on_a_terminal)
     os.close(theirs)
     shown = b""
     with contextlib.suppress(OSError):  # the terminal's end
         while part := os.read(ours, 65536):
             shown += part
     os.close(ours)
-    out, _ = child.communicate(timeout=60.0)
-    assert child.returncode == 0
-    json.loads(out)
+    assert child.wait() == 0, shown
+    json.loads(child.stdout.read())
     for word in ("Sensing", "Navigating", "Recording", "100%"):
         assert word in shown.decode()
 
 
-@pytest.mark.parametrize("closed", [*slow(((1,),), ((2,),)), (0, 1, 2)])
+@pytest.mark.parametrize("closed", slow(((1,),), ((2,),), ((0, 1, 2),)))
 def test_closed_standard_streams(folder: Path, closed: tuple[int, ...]) -> None:
     """What is written there is lost and nothing else: no file of a run gets the number of standard output."""
     (folder / "plan.toml").write_text(PARKED)
@@ -437,16 +439,26 @@ def test_closed_standard_streams(folder: Path, closed: tuple[int, ...]) -> None:
     assert json.loads((folder / "out" / "summary.json").read_text())["status"] == "finished"
 
 
-def test_a_reader_that_has_enough(folder: Path) -> None:
+@pytest.mark.parametrize("command", [["--help"], *slow((["list", "grades"],), (["check", "parked"],))])
+def test_a_reader_that_has_enough(folder: Path, command: list[str]) -> None:
     """As `head -1`: the exit code of a program that SIGPIPE ends, and not a word."""
-    for command in (["list", "grades"], ["check", "parked"], ["--help"]):
-        ours, theirs = os.pipe()
-        os.close(ours)
-        done = subprocess.run(
-            [sys.executable, "-m", "sinssim", *command], stdout=theirs, stderr=subprocess.PIPE, text=True, check=False
-        )
-        os.close(theirs)
-        assert (done.returncode, done.stderr) == (141, ""), command
+    ours, theirs = os.pipe()
+    os.close(ours)
+    done = subprocess.run(
+        [sys.executable, "-m", "sinssim", *command], stdout=theirs, stderr=subprocess.PIPE, text=True, check=False
+    )
+    os.close(theirs)
+    assert (done.returncode, done.stderr) == (141, "")
+
+
+def test_a_new_project_with_closed_standard_streams(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its files do not get their numbers either."""
+    command = [sys.executable, "-m", "sinssim", "new", "mine"]
+    done = subprocess.run(command, cwd=folder, preexec_fn=lambda: os.closerange(0, 3), capture_output=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")
+    assert call("new", "again") == 0
+    capsys.readouterr()
+    assert everything_in(folder / "mine") == everything_in(folder / "again")
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -465,7 +477,7 @@ def test_interrupt_before_anything_is_loaded(folder: Path, number: signal.Signal
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
 def test_errors_onto_a_full_disk_keep_their_code(folder: Path) -> None:
     with open("/dev/full", "w") as full:
-        done = subprocess.run([sys.executable, "-m", "sinssim", "run", "nowhere.toml"], stderr=full, check=False)
+        done = subprocess.run([sys.executable, "-m", "sinssim", "list", "colours"], stderr=full, check=False)
     assert done.returncode == 2
 
 
@@ -481,25 +493,18 @@ def test_output_onto_a_full_disk(folder: Path) -> None:
     )
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, *slow(signal.SIGTERM)])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_interrupt(folder: Path, number: signal.Signals) -> None:
     """Ctrl-C, or being told to terminate, ends a run with code 130, one line, and no broken files."""
     (folder / "plan.toml").write_text(PARKED.replace("20.0", "4000.0", 1).replace("rate_hz = 20.0", "rate_hz = 100.0"))
-    child = subprocess.Popen(
-        [sys.executable, "-m", "sinssim", "run", "plan.toml", "-o", "out"],
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "PYTHONFAULTHANDLER": ""},
-    )
+    child = Fork(lambda: cli.main(["run", "plan.toml", "-o", "out"]))
     deadline = time.monotonic() + 60.0
     while len(list(folder.iterdir())) < 2 and time.monotonic() < deadline and child.poll() is None:
         time.sleep(0.02)  # until the run has begun to write
-    child.send_signal(number)
-    out, err = child.communicate(timeout=60.0)
+    child.kill(number)
+    err = child.stderr()
     assert child.returncode == 130, err
-    assert out == ""
+    assert child.stdout.read() == b""
     assert err.startswith("Interrupted.")
     assert "Traceback" not in err
     for summary in folder.glob("*/summary.json"):

@@ -146,7 +146,7 @@ def _write_scenarios(folder: Path) -> None:
         (folder / "scenarios" / f"{name}.toml").write_text(text, encoding="utf-8")
     first = MOVING.format(name="first_flight", duration=3600.0, grade="laser-standard", rate=5.0)
     (folder / "scenarios" / "first_flight.toml").write_text(first, encoding="utf-8")
-    uav = MOVING.format(name="mems_uav", duration=120.0, grade="mems-industrial", rate=20.0)
+    uav = MOVING.format(name="mems_uav", duration=120.0, grade="mems-industrial", rate=10.0)
     (folder / "mems_uav.toml").write_text(uav + AIDED.format(baro="[aiding.baro]"), encoding="utf-8")
     (folder / "gnss.toml").write_text(uav + AIDED.format(baro=""), encoding="utf-8")
     for name, text in (("my_flight", FLIGHT), ("my_study", STUDY), ("my_unit", UNIT)):
@@ -185,8 +185,8 @@ def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
         patch.chdir(folder)
         for scenario, run in (
             ("parked", "parked"),
-            ("first_flight", "first_flight"),
-            ("first_flight --set imu.grade=tactical", "tactical"),
+            ("first_flight --set great_circle.duration_s=300", "first_flight"),
+            ("first_flight --set great_circle.duration_s=300 --set imu.grade=tactical", "tactical"),
             ("mems_uav.toml", "mems_uav"),
             ("gnss.toml", "gnss"),
         ):

@@ -153,8 +153,15 @@ class BudgetResult(Result):
         Raises:
             InputError: a requirement cannot be read, a source is unknown or has no size, or a time is not an epoch.
         """
+        if requirements is None and free is None:
+            return self._answers
         judged = self.requirements if requirements is None else requirements
         return answers(self, judged, self.free if free is None else free)
+
+    @cached_property
+    def _answers(self) -> tuple[Answer, ...]:
+        """The answers to what was asked for: the report, the files and the console each need them."""
+        return answers(self, self.requirements, self.free)
 
     @cached_property
     def _radii(self) -> dict[tuple[float, str | None], Array]:

@@ -131,6 +131,7 @@ def test_runs_that_are_no_number(file: Path) -> None:
     assert run_cli(str(file), "--runs", "many") == 2
 
 
+@pytest.mark.slow
 def test_ctrl_c_leaves_a_directory_that_can_be_continued(file: Path, tmp_path) -> None:
     place = tmp_path / "e"
     command = [sys.executable, "-m", "sinssim", "ensemble", str(file), "--runs", "100000", "-q", "-o", str(place)]

@@ -40,7 +40,7 @@ def drive(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def log(tmp_path: Path) -> tuple[Path, Path]:
-    """Return a minute of a unit at 20 Hz and of fixes at 2 Hz."""
+    """Return two and a half minutes of a unit at 20 Hz and of fixes at 2 Hz."""
     unit, fixes = worlds.readings(20.0), worlds.fixes(2.0)
     rows = np.column_stack([unit.time, unit.gyro, unit.accel])
     names = "t_s,gx,gy,gz,ax,ay,az"
@@ -88,9 +88,12 @@ def test_a_scenario_of_ones_own_has_no_trial_to_leave_out() -> None:
         sinssim("run", "first_flight", "--no-trial", "--debug")
 
 
-def test_inertial_data_and_fixes_in_one_step(log: tuple[Path, Path], tmp_path: Path) -> None:
+def test_inertial_data_and_fixes_in_one_step(
+    log: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The scenario is run as `inspect` suggests it; the next test repeats it."""
-    shown = sinssim("run", *log, "-o", tmp_path / "run", *KEEP)
+    monkeypatch.setattr("sinssim.analyses.inspection.suggestion_trial._LONGEST_S", 22.0)  # one pass, with one outage
+    shown = sinssim("run", *log, "-o", tmp_path / "run", *KEEP, "--set", "log.to_s=60")
     assert "Doubts:" in shown
     assert "aided" in shown
     assert (tmp_path / "run" / "suggested.toml").is_file()
@@ -98,7 +101,8 @@ def test_inertial_data_and_fixes_in_one_step(log: tuple[Path, Path], tmp_path: P
 
 
 def test_settings_are_in_the_scenario_that_repeats_the_run(log: tuple[Path, Path], tmp_path: Path) -> None:
-    settings = ("--set", "imu.grade=consumer", "--set", "filter.initial_sigma.heading_arcmin=300")
+    settings = ("--set", "imu.grade=consumer", "--set", "filter.initial_sigma.heading_arcmin=300",
+                "--set", "log.to_s=60")  # fmt: skip
     sinssim("run", *log, "-o", tmp_path / "run", *KEEP, *settings, "--outage", "5/20", "--no-trial")
     text = (tmp_path / "run" / "suggested.toml").read_text()
     assert "# description of the IMU for the filter" in text

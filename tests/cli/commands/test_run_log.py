@@ -33,7 +33,7 @@ def test_a_run_with_an_outage(tmp_path: Path) -> None:
     assert outage["at_s"] == pytest.approx(20.0, abs=0.26)
     assert 0.0 < outage["horizontal_error_m"] < 5.0
     assert "Outages" in (tmp_path / "run" / "report.html").read_text()
-    shown = sinssim("run", DRIVE, "-o", str(tmp_path / "again"), "--outage", "15:20", *SHORT)
+    shown = sinssim("run", DRIVE, "-o", str(tmp_path / "again"), "--outage", "15:20", *SHORT, "--keep", "summary")
     assert "errors against the reference gnss.pos" in shown
     assert "outages: errors at the end, against gnss.pos" in shown
     assert "it has no attitude" in shown

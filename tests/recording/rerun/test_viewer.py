@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
-import sys
 import tempfile
 import time
 import urllib.error
@@ -24,6 +22,7 @@ from sinssim.errors import InputError, RunError
 from sinssim.experiments.run.execute import run
 from sinssim.recording.rerun import viewer
 from sinssim.recording.rerun.viewer import without_other_machines
+from tests.fork import Fork
 from tests.recording import fake_run
 from tests.slow import slow
 
@@ -37,12 +36,10 @@ def directory(tmp_path_factory) -> Path:
 
 @pytest.mark.parametrize("how", [signal.SIGINT, *slow(signal.SIGTERM)])
 def test_web_serves_this_machine_only_and_leaves_no_process(directory, how):
-    code = "import pathlib, sys; from sinssim.recording.rerun.viewer import serve; serve(pathlib.Path(sys.argv[1]))"
-    server = subprocess.Popen([sys.executable, "-c", code, str(directory)], stdout=subprocess.PIPE, text=True)
+    server = Fork(lambda: viewer.serve(directory))
     children = []
     try:
-        assert server.stdout is not None
-        address = server.stdout.readline().removeprefix("Open ").strip()
+        address = server.stdout.readline().decode().removeprefix("Open ").strip()
         page = address.split("?")[0]
         assert page.startswith("http://127.0.0.1:")
         assert b"web viewer" in urllib.request.urlopen(page, timeout=10.0).read()
@@ -59,9 +56,8 @@ def test_web_serves_this_machine_only_and_leaves_no_process(directory, how):
             urllib.request.urlopen(f"{page}files/summary.json", timeout=10.0)
         assert len(listening) == 3  # and the server that has the viewer's page
     finally:
-        server.send_signal(how)
-        server.wait(20.0)
-        server.stdout.close()
+        server.kill(how)
+        server.wait()
     assert server.returncode == 0
     assert children
     assert not any(child.is_running() for child in children)
