@@ -82,6 +82,29 @@ def rendered(request: pytest.FixtureRequest, savefig: Any, monkeypatch: pytest.M
         monkeypatch.setattr("matplotlib.figure.Figure.savefig", savefig)
 
 
+@pytest.fixture(scope="module")
+def hardly_counted(request: pytest.FixtureRequest) -> Generator[None]:
+    """Count the operations of a tenth of the samples and time each step twice, but for slow tests.
+
+    For tests of studies that test no costs.
+    """
+    from sinssim.experiments.studies import attitude_cost, step_cost
+
+    if request.config.getoption("markexpr") != "not slow":
+        yield
+        return
+    caches = (step_cost.count_operations, attitude_cost.count_attitude)
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in (("_COUNTED_SAMPLES", 24), ("_TIMED_SAMPLES", 2400), ("_REPETITIONS", 1)):
+            patch.setattr(step_cost, name, value)
+        patch.setattr(attitude_cost, "_COUNTED", 24)
+        for counted in caches:
+            counted.cache_clear()
+        yield
+    for counted in caches:
+        counted.cache_clear()
+
+
 @pytest.fixture(autouse=True, scope="session")
 def _one_command_line() -> Generator[None]:
     """Put the command line together once, not at each call: that takes 50 ms."""

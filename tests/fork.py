@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import sys
@@ -72,9 +73,9 @@ class Fork:
 
 def _become(function: Callable[[], object], streams: tuple[int, int, int]) -> NoReturn:
     code = 1
-    try:
-        for number, stream in enumerate(streams):
-            os.dup2(stream, number)
+    try:  # whatever happens, the tests must not go on here
+        for number, file in enumerate(streams):
+            os.dup2(file, number)
         sys.stdin, sys.stdout, sys.stderr = os.fdopen(0), os.fdopen(1, "w"), os.fdopen(2, "w")
         function()
         code = 0
@@ -83,6 +84,7 @@ def _become(function: Callable[[], object], streams: tuple[int, int, int]) -> No
     except BaseException:
         traceback.print_exc()
     finally:
-        sys.stdout.flush()
-        sys.stderr.flush()
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(BaseException):
+                stream.flush()
         os._exit(code)

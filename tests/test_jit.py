@@ -32,7 +32,13 @@ def seven(x: float) -> float:
 
 print(seven(3.0))
 """
+MORE = """
+@kernel
+def eight(x: float) -> float:
+    return x + 1.0
 
+print(eight(6.0))
+"""
 
 Use = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -78,12 +84,12 @@ def test_a_damaged_file_is_compiled_anew(tmp_path: Path, used_once: Path, used: 
     assert {file.name for file in (tmp_path / "cache").rglob(which)} == {file.name for file in files}
 
 
-@pytest.mark.parametrize("which", [*slow("*.nbi"), "*.nbc"])
-def test_a_flipped_bit_is_found(tmp_path: Path, used_once: Path, used: Use, which: str) -> None:
+@pytest.mark.parametrize(("which", "parts"), [("*.nbc", 1), *slow(("*.nbi", 9), ("*.nbc", 9))])
+def test_a_flipped_bit_is_found(tmp_path: Path, used_once: Path, used: Use, which: str, parts: int) -> None:
     """Machine code with a wrong bit would be executed: in most places it crashes, or gives another number."""
     kernel = f"seven-{which}"
     size = next((used_once / "cache" / "kernels").glob(kernel)).stat().st_size
-    for place in (0, 20, *range(size // 10, size, size // 9), size - 1):
+    for place in (0, 20, *range(size // 10, size, size // parts), size - 1):
         shutil.copytree(used_once / "cache", tmp_path / "cache")
         (file,) = (tmp_path / "cache" / "kernels").glob(kernel)
         contents = bytearray(file.read_bytes())
@@ -171,10 +177,8 @@ def test_a_read_only_folder_is_read(tmp_path: Path, used: Use) -> None:
         return done
 
     try:
-        done = use(USE)
+        done = use(USE + MORE)
         assert "data loaded" in done.stdout
-        assert done.stderr == ""
-        done = use(USE.replace("2.0 * x", "x + 3.0"))
         assert "data saved" not in done.stdout
         assert done.stderr.count("cannot be stored") == 1
         assert sorted(cache.rglob("*")) == before
@@ -415,7 +419,7 @@ def test_the_key_of_a_kernel_with_a_set_of_options_does_not_depend_on_the_order_
         subprocess.run(
             [sys.executable, "-c", code], env={**os.environ, "PYTHONHASHSEED": seed}, capture_output=True, text=True
         ).stdout
-        for seed in ("1", "2", "3")
+        for seed in ("1", "2")
     }
     assert len(found) == 1
     assert found != {""}

@@ -13,7 +13,6 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from sinssim.experiments.studies import attitude_cost, step_cost
 from sinssim.recording.diagrams import DIAGRAMS
 from tests.recording.drawings import check_words, words_of
 
@@ -41,20 +40,7 @@ def diagrams() -> ModuleType:
     return _load("diagrams")
 
 
-@pytest.fixture
-def _hardly_counted(monkeypatch):
-    """Count the operations of a tenth of the samples."""
-    caches = (step_cost.count_operations, attitude_cost.count_attitude)
-    for module, name in ((step_cost, "_COUNTED_SAMPLES"), (attitude_cost, "_COUNTED")):
-        monkeypatch.setattr(module, name, 24)
-    for counted in caches:
-        counted.cache_clear()
-    yield
-    for counted in caches:
-        counted.cache_clear()
-
-
-@pytest.mark.usefixtures("_hardly_counted")
+@pytest.mark.usefixtures("hardly_counted")
 def test_answers_are_complete_and_their_links_lead_somewhere(numbers):
     answers = _load("questions").answers()
     assert re.findall(r"^## (\d+)\.", answers, re.MULTILINE) == [str(n) for n in range(1, 15)]

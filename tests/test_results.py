@@ -20,6 +20,8 @@ import sinssim
 from sinssim.errors import InputError
 from sinssim.logs.formats.run_export import export
 
+pytestmark = pytest.mark.usefixtures("hardly_counted")
+
 SHORT = ["parked.duration_s=20", "imu.rate_hz=10", "seed=5"]
 STUDY = """
 name = "small"
@@ -89,7 +91,7 @@ MADE: dict[str, tuple[Callable[..., Any], str, tuple[str, ...]]] = {
     ),
     "align": (
         lambda folder, directory, **options: sinssim.align(
-            "parked", directory, overrides=["parked.duration_s=60", "imu.rate_hz=10"], **options
+            "parked", directory, overrides=["parked.duration_s=30", "imu.rate_hz=5"], **options
         ),
         "alignment.json",
         ("imu_measured",),
@@ -104,7 +106,7 @@ def kind(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture(scope="module")
-def result(kind: str, tmp_path_factory: pytest.TempPathFactory) -> sinssim.Result:
+def result(kind: str, tmp_path_factory: pytest.TempPathFactory, hardly_counted: None) -> sinssim.Result:
     """The result of a computation that writes nothing."""
     made: sinssim.Result = MADE[kind][0](tmp_path_factory.mktemp(kind), None)
     return made

@@ -70,6 +70,19 @@ def test_wheel_carries_the_content(wheel: Path) -> None:
     assert not any(name.startswith(("tests", "docs")) or "__pycache__" in name for name in names)
 
 
+def test_the_files_of_the_wheel_work_from_any_folder(wheel: Path, tmp_path: Path) -> None:
+    """Unpacked on the path: the package finds its content."""
+    zipfile.ZipFile(wheel).extractall(tmp_path / "site")
+    code = "import sys, sinssim; print(sinssim.__file__); from sinssim.cli.app import main; main(sys.argv[1:])"
+    shown = subprocess.run(
+        [sys.executable, "-c", code, "check", "first_flight"], cwd=tmp_path, capture_output=True, text=True, check=True,
+        env={**os.environ, "PYTHONPATH": str(tmp_path / "site")},
+    ).stdout  # fmt: skip
+    assert shown.startswith(str(tmp_path / "site"))
+    assert "737" in shown
+
+
+@pytest.mark.slow
 def test_wheel_works_from_any_folder(commands: Path, tmp_path: Path) -> None:
     where = in_environment(commands, "python", "-c", "import sinssim; print(sinssim.__file__)", cwd=tmp_path)
     assert where.startswith(str(commands.parent))

@@ -406,7 +406,7 @@ def test_progress_on_a_terminal_only_and_on_standard_error(folder: Path) -> None
     ours, theirs = os.openpty()
 
     def on_a_terminal() -> None:
-        sys.stderr = os.fdopen(theirs, "w")
+        sys.stderr = open(theirs, "w")  # noqa: SIM115
         os.environ["TERM"] = "xterm"
         cli.main(["run", "plan.toml", "--json"])
 

@@ -14,6 +14,8 @@ from sinssim import content
 from sinssim.cli.app import main
 from tests.cli.test_help_examples import EXAMPLES
 
+pytestmark = pytest.mark.usefixtures("hardly_counted")
+
 DRIVE = Path(__file__).parents[1] / "data" / "drive"
 KF_GINS = Path(__file__).parents[1] / "data" / "kf_gins"
 EARTH_RATE, GRAVITY = 7.292115e-5, 9.80665

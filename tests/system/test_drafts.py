@@ -7,11 +7,13 @@ import signal
 import socket
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from sinssim.system.outputs import IN_DRAFT, IN_USE, Draft, draft
+from tests.fork import Fork
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no such locks")
 
@@ -75,29 +77,22 @@ def test_a_file_is_whole_or_not_there(tmp_path: Path) -> None:
     assert {path.name for path in tmp_path.iterdir()} == {"out", "precious"}
 
 
-KILLED = """
-import os, signal, sys
-from pathlib import Path
-from dataclasses import replace
-from sinssim.logs.formats import csv_parquet_matlab
-from sinssim.logs.formats.run_export import export
-whole = csv_parquet_matlab.CSV_EXPORT
-def write(content, place):
-    whole.write(content, place)
-    os.kill(os.getpid(), signal.SIGKILL)
-csv_parquet_matlab.CSV_EXPORT = replace(whole, write=write)
-export(Path(sys.argv[1]), "csv", Path(sys.argv[2]))
-"""
-
-
-def test_what_a_killed_export_left_is_removed_by_the_next(tmp_path: Path) -> None:
+def test_what_a_killed_export_left_is_removed_by_the_next(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import sinssim
-    from sinssim.logs.formats.run_export import export
+    from sinssim.logs.formats import csv_parquet_matlab
+    from sinssim.logs.formats.run_export import Content, export
 
     settings = ("parked.duration_s=5", "imu.rate_hz=10", "recording.keep=streams")
     sinssim.run(sinssim.load_scenario("parked", settings), tmp_path / "run")
-    code = [sys.executable, "-c", KILLED, str(tmp_path / "run"), str(tmp_path / "out")]
-    assert subprocess.run(code, check=False).returncode == -signal.SIGKILL
+    whole = csv_parquet_matlab.CSV_EXPORT
+
+    def write(content: Content, place: Path) -> None:
+        whole.write(content, place)
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(csv_parquet_matlab, "CSV_EXPORT", replace(whole, write=write))
+        assert Fork(lambda: export(tmp_path / "run", "csv", tmp_path / "out")).wait() == -signal.SIGKILL
     (left,) = tmp_path.glob(".out-*")
     assert (left / "imu.csv").exists()
     export(tmp_path / "run", "kml", tmp_path / "other.kml")

@@ -11,7 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from sinssim.cli import app as cli
 from sinssim.cli.terminal import encode_everything, holds_everything
+from tests.fork import Fork
 from tests.slow import slow
 
 
@@ -46,8 +48,30 @@ def test_a_treatment_that_the_user_chose_stays() -> None:
 
 @pytest.mark.parametrize(
     ("command", "encoding"),
-    [(("sensors", "tactical"), "cp1252"), *slow((("sensors", "tactical"), "ascii")), (("list", "grades"), "latin-1"),
-     (("run", "σ"), "ascii"), (("--help",), "cp1252")],
+    [(("sensors", "tactical"), "cp1252"), (("sensors", "tactical"), "ascii"), (("list", "grades"), "latin-1"),
+     (("run", "σ"), "ascii")],
+)  # fmt: skip
+def test_commands_with_streams_of_an_encoding(encoding: str, command: tuple[str, ...]) -> None:
+    def program() -> None:
+        for stream in (sys.stdout, sys.stderr):
+            stream.reconfigure(encoding=encoding)  # type: ignore[union-attr]
+        cli.main(command)
+
+    process = Fork(program)
+    text = process.stdout.read().decode(encoding) + process.stderr()
+    assert process.returncode == (2 if command[0] == "run" else 0), text
+    assert "Error" not in text
+    if command[0] == "sensors":
+        assert "1sigma" in text
+    if command[0] == "run":
+        assert "unknown scenario 'sigma'" in text
+
+
+@pytest.mark.parametrize(
+    ("command", "encoding"),
+    [(("--help",), "cp1252"),
+     *slow((("sensors", "tactical"), "cp1252"), (("sensors", "tactical"), "ascii"), (("list", "grades"), "latin-1"),
+           (("run", "σ"), "ascii"))],
 )  # fmt: skip
 def test_commands_into_a_file_and_a_pipe(tmp_path: Path, encoding: str, command: tuple[str, ...]) -> None:
     arguments = [sys.executable, "-m", "sinssim", *command]

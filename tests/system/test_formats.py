@@ -108,7 +108,8 @@ import sinssim
 from sinssim.content import _of_packages
 from sinssim.logs.formats.registry import detect
 known = detect(Path({str(tmp_path / "path.gpx")!r})), _of_packages.cache_info().misses
-run = sinssim.run("parked", {str(tmp_path / "run")!r}, overrides=["parked.duration_s=5", "imu.rate_hz=10"])
+short = ["parked.duration_s=5", "imu.rate_hz=10", "recording.keep=streams"]
+run = sinssim.run("parked", {str(tmp_path / "run")!r}, overrides=short)
 from sinssim.logs.formats.run_export import export
 done = export(run.directory, "display", {str(tmp_path / "h.hgt")!r})
 print(json.dumps([*known, detect(Path({str(log)!r})), done.sentences[0]]))

@@ -18,6 +18,8 @@ from sinssim.cli import app as cli
 from sinssim.system.outputs import IN_USE, MARK
 from tests.slow import slow
 
+pytestmark = pytest.mark.usefixtures("hardly_counted")
+
 SCENARIO = """\
 name = "mine"
 seed = 5
@@ -83,7 +85,7 @@ def write(kind: str, place: str, *options: str) -> int:
 
 
 @pytest.fixture(scope="module")
-def outputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def outputs(tmp_path_factory: pytest.TempPathFactory, hardly_counted: None) -> Path:
     """A folder with an output of each kind, by its name."""
     folder = tmp_path_factory.mktemp("outputs")
     for name, text in (("mine", SCENARIO), ("table", TABLE), ("study", STUDY),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -42,6 +43,8 @@ _LIBRARIES = {
 }  # fmt: skip
 _OF_LIBRARIES = {"pq", "parquet", "csv", "arrow_csv", "np", "zipfile", "highlevel"}
 
+_WORDS = re.compile(rf"\b({'|'.join({'open', 'read_table', *_METHODS, *_LIBRARIES})})\(")
+
 
 def _openings(code: ast.AST) -> list[int]:
     """Return the lines that open a path without `user_file`."""
@@ -74,6 +77,8 @@ def test_no_other_module_opens_a_file_of_a_user() -> None:
         name = file.relative_to(_PACKAGE).as_posix()
         if any(name == own or name.startswith(f"{own}/") for own in OWN):
             continue
+        if not _WORDS.search(file.read_text(encoding="utf-8")):
+            continue
         lines = _openings(tree(file))
         if lines:
             found[name] = lines
@@ -82,6 +87,7 @@ def test_no_other_module_opens_a_file_of_a_user() -> None:
 
 def test_the_search_finds_openings() -> None:
     for text in ("path.open('rb')", "open(path)", "Path(x).read_text()", "np.fromfile(path)", "csv.read_csv(path)"):
+        assert _WORDS.search(text)
         assert _openings(ast.parse(text)) == [1]
     for text in ("open_file(path)", "user_file(path).open('rb')", "np.fromfile(user_file(path))"):
         assert _openings(ast.parse(text)) == []

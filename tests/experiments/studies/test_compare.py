@@ -16,11 +16,12 @@ import pytest
 from sinssim.content import list_content
 from sinssim.errors import InputError
 from sinssim.experiments.studies import algorithm_comparison as module
-from sinssim.experiments.studies import attitude_cost
 from sinssim.experiments.studies.algorithm_comparison import compare
 from sinssim.experiments.studies.study_schema import Study
 from sinssim.experiments.study import load_study
 from tests.slow import slow
+
+pytestmark = pytest.mark.usefixtures("hardly_counted")
 
 CONE = {"type": "coning", "half_angle_deg": 1.0, "frequency_hz": 1.0, "duration_s": 20.0}
 PARKED = {"latitude_deg": 50.0, "duration_s": 5.0}
@@ -31,26 +32,8 @@ def study(**part) -> Study:
     return Study.model_validate({"name": "small", "parts": (whole,)})
 
 
-@pytest.fixture(autouse=True, scope="module")
-def _hardly_counted(request):
-    """Count the operations of a tenth of the samples and time each step twice: studies are tested, not their costs."""
-    caches = (module.step_cost.count_operations, attitude_cost.count_attitude)
-    if request.config.getoption("markexpr") != "not slow":
-        yield
-        return
-    with pytest.MonkeyPatch.context() as patch:
-        for name, value in (("_COUNTED_SAMPLES", 24), ("_TIMED_SAMPLES", 2400), ("_REPETITIONS", 1)):
-            patch.setattr(module.step_cost, name, value)
-        patch.setattr(attitude_cost, "_COUNTED", 24)
-        for cache in caches:
-            cache.cache_clear()
-        yield
-    for cache in caches:
-        cache.cache_clear()
-
-
 @pytest.fixture(scope="module")
-def cones():
+def cones(hardly_counted):
     algorithms = ("rotation-vector-1", "rotation-vector-2", "rotation-vector-3", "rotation-vector-1p", "quaternion-4")
     return compare(study(algorithms=algorithms))
 
@@ -229,7 +212,7 @@ def test_a_long_study_says_so(monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def written(tmp_path_factory: pytest.TempPathFactory, hardly_counted: None) -> Path:
     folder = tmp_path_factory.mktemp("study") / "small"
     parts = (
         {"title": "rates <&>", "algorithms": ("quaternion", "poisson-2-ortho"), "rates_hz": (20.0, 40.0, 80.0),

@@ -12,6 +12,8 @@ from pydantic import ValidationError
 from sinssim.experiments.studies.algorithm_comparison import compare
 from sinssim.experiments.studies.study_schema import Study
 
+pytestmark = pytest.mark.usefixtures("hardly_counted")
+
 EAST = {"latitude_deg": 40.0, "course_deg": 90.0, "speed_mps": 250.0, "altitude_m": 9000.0, "duration_s": 300.0}
 
 
@@ -25,7 +27,7 @@ def study(**part) -> Study:
 
 
 @pytest.fixture(scope="module")
-def compared(tmp_path_factory):
+def compared(tmp_path_factory, hardly_counted):
     kinds = ("earth-fixed", "inertial", "frame", "conditional", "krasovsky-1940")
     folder = tmp_path_factory.mktemp("study") / "run"
     return compare(study(frames=("wander", "transverse"), coordinates=kinds), folder), folder

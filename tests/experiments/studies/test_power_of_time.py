@@ -54,6 +54,7 @@ def test_the_linear_part_begins_above_rounding_and_ends_with_the_tilt():
     assert error == pytest.approx(1e-9 * time**4)
 
 
+@pytest.mark.usefixtures("hardly_counted")
 def test_six_accelerometers_for_five_hours():
     """A simulated block on the turning Earth: 4.0 ± 0.1 below 1000 s, 2.0 ± 0.2 beyond a Schuler period.
 

@@ -12,6 +12,8 @@ from sinssim.experiments.studies.algorithm_comparison import compare
 from sinssim.experiments.studies.study_schema import Study
 from sinssim.experiments.study import load_study
 
+pytestmark = pytest.mark.usefixtures("hardly_counted")
+
 VERDICTS = {
     "velocity-rate": "confirmed", "attitude-rate": "partly", "cheapest": "confirmed",
     "trigonometric-matrix": "confirmed", "orthogonality": "partly", "euler-heading": "confirmed",
