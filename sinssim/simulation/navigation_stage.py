@@ -8,6 +8,7 @@ rotating IMU ([imu.rotation]), an alignment at rest ([navigation.alignment]), an
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -352,8 +353,13 @@ def solve(
         except RunError as error:
             return error
 
-    with thread_pool(os.cpu_count()) as pool:
-        results = dict(zip(section.algorithms, pool.map(by, section.algorithms), strict=True))
+    if len(section.algorithms) == 1 and threading.current_thread() is not threading.main_thread():
+        results = {
+            name: by(name) for name in section.algorithms
+        }  # of an ensemble: Ctrl-C does not wait for this thread
+    else:
+        with thread_pool(os.cpu_count()) as pool:
+            results = dict(zip(section.algorithms, pool.map(by, section.algorithms), strict=True))
     failures = {name: result for name, result in results.items() if isinstance(result, RunError)}
     goes_on = isinstance(truth, RecordedMotion) and scenario.filter is not None  # without them: a long log of a phone
     if len(failures) == len(results) and not goes_on:
