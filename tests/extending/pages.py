@@ -35,6 +35,16 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 PAGES = ROOT / "docs" / "extending"
 _FOLDERS = ("sinssim", "aircraft", "scenarios", "viz")
+_END = "----- the end of a command -----"
+_EACH = """
+from sinssim.cli.app import main
+for words in {commands!r}:
+    try:
+        main(words)
+    except SystemExit as end:
+        assert not end.code, words
+    print({end!r})
+"""
 _FENCE = re.compile(r"^```(\w+)(?: +(\S+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -161,6 +171,20 @@ class Copy:
             AssertionError: the command failed; the message holds what it wrote to stderr.
         """
         return self._execute("-m", "sinssim", *arguments)
+
+    def commands(self, *commands: tuple[str, ...]) -> list[str]:
+        """Run several command lines of the changed package in one process.
+
+        Args:
+            *commands: the arguments of each.
+
+        Returns:
+            What each prints.
+
+        Raises:
+            AssertionError: a command failed.
+        """
+        return self.run(_EACH.format(commands=commands, end=_END)).split(f"{_END}\n")[:-1]
 
     def _execute(self, *arguments: str) -> str:
         own = {"PYTHONPATH": str(self.root), "PYTHONDONTWRITEBYTECODE": "1"}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -11,9 +13,16 @@ from sinssim.experiments.ensembles.ensemble_plan import make_plan
 from sinssim.experiments.ensembles.ensemble_run import memory_needed
 from sinssim.experiments.ensembles.ensemble_statistics import summary_of
 from sinssim.statistics import r95
-from tests.experiments.ensembles.examples import files, scenario
+from tests.experiments.ensembles import examples
+from tests.experiments.ensembles.examples import files
 
 NEAR = "position_north(end) <= {} m"
+
+
+def scenario(**changes: Any) -> sinssim.Scenario:
+    """Return a scenario whose runs are computed in batches."""
+    navigation = {**examples.PARKED["navigation"], "algorithms": ("quaternion",)}
+    return examples.scenario(navigation=navigation, **changes)
 
 
 @pytest.fixture(autouse=True)
@@ -31,13 +40,13 @@ def limit() -> str:
 
 def test_runs_until_decided_are_those_of_an_ensemble_of_that_many(limit: str, tmp_path) -> None:
     said: list[str] = []
-    wanted = [limit, "r95(10 s) <= 1 km"]
+    wanted = [limit, "cep(10 s) <= 1 km"]
     result = sinssim.ensemble(scenario(), 20, tmp_path / "e", require=wanted, until_decided=True, say=said.append)
     assert [one.verdict for one in result.verdicts] == ["met", "met"]
     assert len(result) == result.computed == result.looks[-1] > 20
     assert result.looks == tuple(20 * 2**k for k in range(len(result.looks)))
     assert said[0] == "Undecided after 20 runs; going on to 40."
-    whole = sinssim.ensemble(scenario(), len(result), tmp_path / "whole", require="r95(10 s) <= 1 km")
+    whole = sinssim.ensemble(scenario(), len(result), tmp_path / "whole", require="cep(10 s) <= 1 km")
     np.testing.assert_array_equal(result.errors.final, whole.errors.final)
     for name in ("scenario.toml", "ensemble.json"):
         assert (tmp_path / "e" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()

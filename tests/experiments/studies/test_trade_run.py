@@ -24,6 +24,13 @@ from tests.slow import slow
 TIMES: dict[str, Any] = {"times_s": (30.0,), "require": ("r95(40 s) <= 8 m", "heading(end) <= 1 deg")}
 
 
+@pytest.fixture(autouse=True)
+def _without_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The pictures and the recording of a study have tests of their own; here they would only take time."""
+    for name in ("figures.figure_of", "figures.save", "rerun.exhibit_recording.record"):
+        monkeypatch.setattr(f"sinssim.recording.{name}", lambda *_, **__: None)
+
+
 def numbers(result: TradeResult) -> dict[int, dict[str, float]]:
     """Return all numbers of all cells, in which NaN is None."""
     return {
