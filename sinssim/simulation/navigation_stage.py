@@ -354,9 +354,8 @@ def solve(
             return error
 
     if len(section.algorithms) == 1 and threading.current_thread() is not threading.main_thread():
-        results = {
-            name: by(name) for name in section.algorithms
-        }  # of an ensemble: Ctrl-C does not wait for this thread
+        # a run of an ensemble: Ctrl-C does not wait for this thread
+        results = {name: by(name) for name in section.algorithms}
     else:
         with thread_pool(os.cpu_count()) as pool:
             results = dict(zip(section.algorithms, pool.map(by, section.algorithms), strict=True))
