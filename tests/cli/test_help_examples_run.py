@@ -118,7 +118,7 @@ SHORTER = {
 """What shipped scenarios and studies say, and what their small namesakes say instead."""
 LONG = (
     *("compare coning", "compare gyro_trade", "--vary", "--runs 1000", "--sheet", "--until-decided"),
-    *("run imu.csv gnss.pos", "run my_drive.toml", "inspect imu.csv gnss.pos --vehicle"),
+    *("run imu.csv gnss.pos", "run my_drive.toml", "inspect imu.csv gnss.pos"),
 )
 """Parts of the examples that take two to twenty seconds of processor time: they run with -m slow."""
 

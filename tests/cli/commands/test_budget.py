@@ -87,12 +87,13 @@ def test_json_says_the_same(folder: Path, capsys: pytest.CaptureFixture[str]) ->
 
 
 def test_quiet_and_overwrite(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert call("budget", "mine.toml", "-q") == 0
-    assert call("budget", "mine.toml", "-q") == 2
+    short = ("--set", "parked.duration_s=30")
+    assert call("budget", "mine.toml", "-q", *short) == 0
+    assert call("budget", "mine.toml", "-q", *short) == 2
     out, err = capsys.readouterr()
     assert out == ""
     assert "--overwrite" in err
-    assert call("budget", "mine.toml", "-q", "--overwrite") == 0
+    assert call("budget", "mine.toml", "-q", "--overwrite", *short) == 0
 
 
 @pytest.mark.parametrize(

@@ -93,7 +93,7 @@ def test_inertial_data_and_fixes_in_one_step(
 ) -> None:
     """The scenario is run as `inspect` suggests it; the next test repeats it."""
     monkeypatch.setattr("sinssim.analyses.inspection.suggestion_trial._LONGEST_S", 22.0)  # one pass, with one outage
-    shown = sinssim("run", *log, "-o", tmp_path / "run", *KEEP, "--set", "log.to_s=60")
+    shown = sinssim("run", *log, "-o", tmp_path / "run", *KEEP, "--set", "log.to_s=45")
     assert "Doubts:" in shown
     assert "aided" in shown
     assert (tmp_path / "run" / "suggested.toml").is_file()
@@ -102,7 +102,7 @@ def test_inertial_data_and_fixes_in_one_step(
 
 def test_settings_are_in_the_scenario_that_repeats_the_run(log: tuple[Path, Path], tmp_path: Path) -> None:
     settings = ("--set", "imu.grade=consumer", "--set", "filter.initial_sigma.heading_arcmin=300",
-                "--set", "log.to_s=60")  # fmt: skip
+                "--set", "log.to_s=45")  # fmt: skip
     sinssim("run", *log, "-o", tmp_path / "run", *KEEP, *settings, "--outage", "5/20", "--no-trial")
     text = (tmp_path / "run" / "suggested.toml").read_text()
     assert "# description of the IMU for the filter" in text

@@ -26,14 +26,13 @@ SHORT = ["--set", "log.to_s=30.0", "--set", "filter.smooth=false"]
 
 
 def test_a_run_with_an_outage(tmp_path: Path) -> None:
-    sinssim("run", DRIVE, "-o", str(tmp_path / "run"), "--outage", "15:20", *SHORT, "--quiet")
+    shown = sinssim("run", DRIVE, "-o", str(tmp_path / "run"), "--outage", "15:20", *SHORT, "--keep", "report")
     summary = json.loads((tmp_path / "run" / "summary.json").read_text())
     (outage,) = summary["outages"]["each"]
     assert (outage["from_s"], outage["to_s"]) == (15.0, 20.0)
     assert outage["at_s"] == pytest.approx(20.0, abs=0.26)
     assert 0.0 < outage["horizontal_error_m"] < 5.0
     assert "Outages" in (tmp_path / "run" / "report.html").read_text()
-    shown = sinssim("run", DRIVE, "-o", str(tmp_path / "again"), "--outage", "15:20", *SHORT, "--keep", "summary")
     assert "errors against the reference gnss.pos" in shown
     assert "outages: errors at the end, against gnss.pos" in shown
     assert "it has no attitude" in shown
