@@ -248,7 +248,7 @@ def test_a_log_is_loaded_by_its_scenario_or_its_file(tmp_path: Path) -> None:
 
 
 def test_a_pickled_result_is_drawn_by_another_program(tmp_path: Path) -> None:
-    result = sinssim.budget("parked", overrides=["parked.duration_s=20"])
+    result = sinssim.budget("parked", overrides=SHORT)
     (tmp_path / "result").write_bytes(pickle.dumps(result))
     code = f"import pickle; print(type(pickle.load(open({str(tmp_path / 'result')!r}, 'rb')).plot()).__name__)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "Figure\n"

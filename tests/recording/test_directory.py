@@ -21,6 +21,7 @@ from sinssim.experiments.run.execute import run
 from sinssim.experiments.run.finished_runs import load_streams
 from sinssim.experiments.studies.algorithm_comparison import compare
 from sinssim.experiments.study import load_study
+from sinssim.recording.rerun import rrd
 from sinssim.recording.rerun.viewer import find_recording, find_run_info
 from sinssim.recording.result import RunDirectory
 from sinssim.scenario.navigation_section import InitialErrorSection, initial_state_with_errors
@@ -28,7 +29,8 @@ from sinssim.strapdown.navigation_error import navigation_error
 from tests.fork import Fork
 from tests.recording import fake_run
 
-COUNT = 70_000  # more than one chunk of 65 536 rows
+ROWS = 32_768  # of a chunk; a longer run would only take longer
+COUNT = ROWS + 4_000
 STATE = [
     "time_s", "latitude_rad", "longitude_rad", "height_m", "velocity_n_mps", "velocity_e_mps", "velocity_d_mps",
     "q_nb_w", "q_nb_x", "q_nb_y", "q_nb_z",
@@ -42,6 +44,7 @@ def recorded(tmp_path_factory):
     """One recorded run, the numbers it was made from, and the progress that it told."""
     with pytest.MonkeyPatch.context() as patch:
         fake = fake_run.install(COUNT, patch.setattr)
+        patch.setattr(rrd, "CHUNK_ROWS", ROWS)
         told: list[tuple[str, float]] = []
         directory = tmp_path_factory.mktemp("runs") / "deep" / "fake"
         scenario = fake_run.scenario(detail="full")
