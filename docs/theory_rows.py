@@ -104,7 +104,7 @@ PAPER = (
         _STATISTICS,
         (
             _THEORY + "11_12_heading_and_22_23_latitude_in_general",
-            _THEORY + "a_million_draws_through_the_determination_have_the_predicted_moments",
+            _THEORY + "many_draws_through_the_determination_have_the_predicted_moments",
         ),
     ),
     Row(
