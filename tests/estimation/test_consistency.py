@@ -311,7 +311,7 @@ def ensemble(runs: int, duration: float) -> tuple[dict[str, list[Array]], list[f
     return values, nis, reports
 
 
-@pytest.mark.parametrize(("runs", "seconds"), [(16, 100), *slow((24, 200))])
+@pytest.mark.parametrize(("runs", "seconds"), [(16, 60), *slow((24, 200))])
 def test_a_small_ensemble_with_true_noise_is_consistent(runs: int, seconds: int) -> None:
     values, nis, reports = ensemble(runs, float(seconds))
     for name, of_runs in values.items():

@@ -133,11 +133,11 @@ def test_the_options_of_a_scenario_reach_the_filter(monkeypatch: pytest.MonkeyPa
 
 
 @pytest.mark.parametrize(
-    "duration", [pytest.param(120.0, id="2min"), pytest.param(4500.0, id="75min", marks=pytest.mark.slow)]
+    "duration", [pytest.param(60.0, id="1min"), pytest.param(4500.0, id="75min", marks=pytest.mark.slow)]
 )
 def test_the_airliner_in_inertial_axes_is_the_airliner(duration: float) -> None:
     """σ within 1 %, errors within 0.1 σ; found 2e-11 and 2e-7, because both runs report relative to north."""
-    shorter = ["flight.legs=[{type='hold', duration_s=120.0}]"] if duration < 4500.0 else []
+    shorter = ["flight.legs=[{type='hold', duration_s=60.0}]"] if duration < 4500.0 else []
     level, inertial = (
         run_scenario(load_scenario("aided_airliner", [f"navigation.frame='{frame}'", *shorter])).aided
         for frame in ("level", "inertial")

@@ -263,7 +263,7 @@ def test_transfer_alignment_from_a_master() -> None:
     flight, ideal = weaving(240.0, 25.0)
     time = np.arange(0.5, 240.0, 0.5)
     values, found = [], []
-    for seed in range(3):
+    for seed in range(2):
         run, rng = one_run(flight, ideal, model, sigma, seed), np.random.default_rng([8, seed])
         truth = flight.state(time)
         speed = replace(velocities(flight, time, rng, 0.02), name="master velocity")
@@ -280,7 +280,7 @@ def test_transfer_alignment_from_a_master() -> None:
     # the attitude is known to better than the mounting was; the gyros' biases come with it
     assert np.all(np.array(found)[:, 6:9] * 0.035 < askew)
     assert np.all(np.array(found)[:, model.slices["gyro bias"]] < 0.5)
-    assert 0.6 < np.mean(values) < 1.5  # 54 degrees of freedom: 0.66 … 1.41
+    assert 0.6 < np.mean(values) < 1.5  # 36 degrees of freedom: 0.59 … 1.51
 
 
 def test_pulses_of_the_gyros_are_in_the_comparison_with_a_zero_rate() -> None:

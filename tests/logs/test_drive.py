@@ -32,7 +32,7 @@ def test_what_is_known_of_the_recording() -> None:
 
 def test_the_filter_follows_rtk_to_a_centimetre() -> None:
     """The bars: at most 2.5 % of the positions refused, 10 mm from RTK, innovations of at most 13 mm (rms)."""
-    run = sinssim.run(sinssim.load_scenario(DRIVE, ["log.to_s=30.0", "filter.smooth=false"]))
+    run = sinssim.run(sinssim.load_scenario(DRIVE, ["log.to_s=20.0", "filter.smooth=false"]))
     place = next(s for name, s in run.summary["filter"]["sensors"].items() if name == "gnss-position")
     assert run.summary["filter"]["divergence"] is None
     assert place["refused"] <= 0.025 * place["readings"]

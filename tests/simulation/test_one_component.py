@@ -178,7 +178,7 @@ def views(part: Any) -> list[rrb.View]:
     return [part] if isinstance(part, rrb.View) else [view for child in part.contents for view in views(child)]
 
 
-@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("variant", ["measured", *slow("one-integral", "two-integrals")])
 def test_a_run_writes_everything(variant: str, tmp_path: Path) -> None:
     keys = {"variant": variant, "duration_s": 300.0, "rate_hz": 5.0, **VARIANTS[variant], **PUSHED}
     scenario = Scenario(name="small", one_component=keys | {"motion": FLYING}, description="a <test>")

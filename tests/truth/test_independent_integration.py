@@ -53,6 +53,7 @@ def airliner(duration: float, turbulence: bool) -> Trajectory:
     return fly(Scenario.model_validate({"name": "test", "seed": 3, "flight": flight}))
 
 
+@pytest.mark.slow
 def test_smooth_flight_of_ten_minutes() -> None:
     horizontal, attitude = closure(smooth(600.0), 100.0)
     assert horizontal < 1e-6

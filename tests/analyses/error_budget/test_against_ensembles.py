@@ -42,9 +42,9 @@ _CALIBRATED_SET = {"imu": _REDUNDANT, "compensation": {"gyro_bias_sigma_deg_h": 
     [
         (30, {"imu": {"grade": "laser-standard"}, "navigation": {"vertical": "free", "initial_error": _START}}),
         (30, {"imu": _NOISES, "navigation": {"vertical": "baro-loop"}}),
-        (30, {"imu": {"grade": "tactical"},
-              "compensation": {"gyro_bias_sigma_deg_h": 0.1, "accel_bias_sigma_ug": 30.0}}),
-        *slow((10, _CALIBRATED_SET), (60, _CALIBRATED_SET)),
+        *slow((30, {"imu": {"grade": "tactical"},
+                    "compensation": {"gyro_bias_sigma_deg_h": 0.1, "accel_bias_sigma_ug": 30.0}}),
+              (10, _CALIBRATED_SET), (60, _CALIBRATED_SET)),
     ],
     ids=["laser", "noises", "calibrated", "redundant", "redundant, many"],
 )  # fmt: skip

@@ -16,6 +16,7 @@ from sinssim.experiments.ensembles.ensemble_plan import TruthCache, make_plan
 from sinssim.experiments.run.execute import run
 from sinssim.scenario import Scenario
 from tests.analyses.error_budget.worlds import ALLOWED, aided_ensemble, scenario, standard_errors
+from tests.slow import slow
 
 INDEXED: dict[str, Any] = {"type": "indexed", "rate_deg_s": 10.0, "ramp_s": 1.0, "dwell_s": 10.0}
 MOVING: dict[str, Any] = {
@@ -46,13 +47,15 @@ def departures(plan: Scenario, result: BudgetResult, count: int) -> Array:
     "turning",
     [
         {**INDEXED, "encoder_bias_sigma_arcsec": 30.0, "encoder_noise_arcsec": 3.0, "wobble_arcsec": 5.0},
-        {
-            "type": "continuous",
-            "rate_deg_s": 6.0,
-            "encoder_bias_arcsec": [9.0, 0.0],
-            "encoder_bias_sigma_arcsec": 30.0,  # without it the step rounds alike in every run
-            "encoder_quantum_arcsec": 20.0,
-        },
+        *slow(
+            {
+                "type": "continuous",
+                "rate_deg_s": 6.0,
+                "encoder_bias_arcsec": [9.0, 0.0],
+                "encoder_bias_sigma_arcsec": 30.0,  # without it the step rounds alike in every run
+                "encoder_quantum_arcsec": 20.0,
+            }
+        ),
     ],
     ids=["sixteen positions", "continuous"],
 )

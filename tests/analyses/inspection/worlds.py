@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 
 from sinssim import earth, rotation
-from sinssim.data import Array, NavState
+from sinssim.data import Array, ImuData, NavState
 from sinssim.logs.recorded_streams import FixStream, InertialStream
 from sinssim.truth.curve import Curve
 
@@ -42,12 +42,17 @@ def drive() -> Curve:
     return Curve(time, place, q_eb)
 
 
+@cache
+def _increments(rate_hz: float) -> ImuData:
+    return drive().increments(rate_hz)
+
+
 def readings(rate_hz: float = 100.0, late: float = 0.0, noise: float = 1.0) -> InertialStream:
     """Return instantaneous-looking readings of a unit turned by `TO_UNIT`: mean rates over its intervals.
 
     The stamp of a mean rate is the middle of its interval; all stamps are `late` seconds late.
     """
-    increments = drive().increments(rate_hz)
+    increments = _increments(rate_hz)
     interval = np.diff(increments.time)[:, None]
     rng = np.random.default_rng(5)
     gyro = increments.dtheta / interval + noise * rng.normal(0.0, np.radians(0.05), increments.dtheta.shape)

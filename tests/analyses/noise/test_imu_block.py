@@ -78,7 +78,7 @@ def test_the_unit_of_a_scenario_with_a_log(capsys: pytest.CaptureFixture[str]) -
     report = noise_report(DRIVE, start=60.0, end=66.0, channels=["accel_z"])
     assert report.samples.time[-1] <= 66.0 + 1e-9
     assert report.channels[0].fit.mean == pytest.approx(-9.8, abs=0.5)  # down, of a body axis that points down
-    assert command("allan", DRIVE, "--from", 60, "--to", 66, "--imu") == 0
+    assert command("allan", DRIVE, "--from", 60, "--to", 66, "--imu", "--channel", "gyro") == 0
     assert "# doubtful: these terms do not describe gyro_y" in capsys.readouterr().out
     for options, message in (
         ({"columns": DRIVE}, "leave it out"),

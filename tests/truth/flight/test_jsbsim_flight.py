@@ -74,9 +74,7 @@ def fly(flight: FlightPlan, seed: int = 0) -> Flown:
     def sense(link: Any) -> None:
         plain(link)
         e = link._executive
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", PendingDeprecationWarning)  # it makes a numpy.matrix
-            dcm.append(np.array(e.get_propagate().get_Tec2b()))
+        dcm.append(np.array(e.get_propagate().get_Tec2b()))
         geodetic.append([e["position/lat-geod-rad"], e["position/long-gc-rad"], e["position/geod-alt-ft"] * 0.3048])
         euler.append([e["attitude/phi-rad"], e["attitude/theta-rad"], e["attitude/psi-rad"]])
         velocity.append([e[f"velocities/v-{axis}-fps"] * 0.3048 for axis in ("north", "east", "down")])
@@ -86,7 +84,8 @@ def fly(flight: FlightPlan, seed: int = 0) -> Flown:
         for account in accounts:
             account.append(account[-1])
 
-    with pytest.MonkeyPatch.context() as patch:
+    with pytest.MonkeyPatch.context() as patch, warnings.catch_warnings():
+        warnings.simplefilter("ignore", PendingDeprecationWarning)  # JSBSim makes a numpy.matrix
         patch.setattr(jsbsim_simulation._Link, "sense", sense)
         patch.setattr(jsbsim_simulation._Link, "stand", repeat)
         log = flight_log(fly_plan(flight, seed))

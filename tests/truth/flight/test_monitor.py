@@ -16,6 +16,7 @@ from sinssim.truth.flight.jsbsim_model import Monitor
 from sinssim.truth.flight.jsbsim_simulation import fly_plan
 from sinssim.truth.flight.leg import LegError
 from sinssim.truth.sampling import FlightEvent
+from tests.slow import slow
 
 
 def plan(aircraft: str, height: float, airspeed: float, *legs: dict[str, Any], **start: float) -> FlightPlan:
@@ -75,11 +76,11 @@ def test_the_737_starts_at_any_speed_above_the_stall() -> None:
 @pytest.mark.parametrize(
     ("flight", "words"),
     [
-        (
+        *slow((
             ("c172x", 1000.0, 100.0, {"type": "waypoint", "latitude_deg": 48.0, "longitude_deg": 11.008,
                                       "capture_radius_m": 50.0, "name": "ALPHA"}),
             r"the aircraft circles ALPHA, .* 54 m/s and 20° of bank a turn has a radius of 0.8 km.* a capture_radius_m",
-        ),
+        )),
         (("737", 9000.0, 280.0, {**HOLD, "duration_s": 300.0}, {"latitude_deg": 89.905}),
          r"the pole is 10\.\d km away, and a heading cannot be held .* Use a path farther from the pole"),
         (("f16", 60.0, 130.0, {"type": "speed", "airspeed_kt": 105.0}), "the aircraft hit the ground"),

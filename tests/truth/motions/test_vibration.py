@@ -146,8 +146,7 @@ def test_velocity_is_the_derivative_of_the_position(vibrating: Vibrating) -> Non
         assert np.abs(moved - (ends[1] - ends[0])).max() < 5e-9
 
 
-@pytest.mark.parametrize("samples", [1, *slow(4)])
-@pytest.mark.parametrize("rate_hz", [10.0, 200.0])
+@pytest.mark.parametrize(("rate_hz", "samples"), [(10.0, 1), *slow((200.0, 1), (10.0, 4), (200.0, 4))])
 def test_increments_against_adaptive_quadrature(vibrating: Vibrating, rate_hz: float, samples: int) -> None:
     imu = vibrating.increments(rate_hz)
     knots = np.arange(-2.0, 22.0, 1.0 / 30.0)
@@ -162,8 +161,8 @@ def test_increments_against_adaptive_quadrature(vibrating: Vibrating, rate_hz: f
 
 
 def test_closed_loop_through_the_navigator() -> None:
-    """Error after 20 s of a vibrating flight: rounding at 1 kHz, and steeply up from there as the rate falls."""
-    motion = Vibrating(GreatCircle(0.9, 0.3, 9000.0, 1.0, 250.0, 20.0), TONES)
+    """Error after 10 s of a vibrating flight: rounding at 1 kHz, and steeply up from there as the rate falls."""
+    motion = Vibrating(GreatCircle(0.9, 0.3, 9000.0, 1.0, 250.0, 10.0), TONES)
     tilt = {}
     for rate_hz in (125.0, 250.0, 1000.0):
         imu = motion.increments(rate_hz)

@@ -16,6 +16,7 @@ from sinssim.truth.track import track_curve
 from sinssim.truth.track.knots import TrackOptions
 from sinssim.truth.track.track_curve import from_samples
 from tests.oracles import integrator as oracle
+from tests.slow import slow
 from tests.truth.motions import Array, ecef, synthetic_flight
 
 DEG = np.pi / 180.0
@@ -112,9 +113,10 @@ CIRCLES = {
 }
 
 
-@pytest.mark.parametrize("start", CIRCLES.values(), ids=CIRCLES)
-def test_great_circle_with_attitude_has_its_rates(start: tuple[float, float, float]) -> None:
+@pytest.mark.parametrize("name", ["oblique", "over the north pole", *slow("over the south pole", "across 180°")])
+def test_great_circle_with_attitude_has_its_rates(name: str) -> None:
     """The closed form, sampled at 1 Hz; 17 nm/s² is the rounding of positions at this interval."""
+    start = CIRCLES[name]
     circle = GreatCircle(start[0], start[1], 9000.0, start[2], 250.0, 1000.0)
     t = np.arange(0.0, 1001.0)
     s = circle.state(t)
@@ -125,9 +127,10 @@ def test_great_circle_with_attitude_has_its_rates(start: tuple[float, float, flo
     assert np.abs(track.rates(between)[1] - force).max() < 1e-7
 
 
-@pytest.mark.parametrize("start", CIRCLES.values(), ids=CIRCLES)
-def test_great_circle_without_attitude(start: tuple[float, float, float]) -> None:
+@pytest.mark.parametrize("name", ["over the south pole", "across 180°", *slow("oblique", "over the north pole")])
+def test_great_circle_without_attitude(name: str) -> None:
     """Heading within the angle between velocity and great circle, and no lateral force: a coordinated turn."""
+    start = CIRCLES[name]
     circle = GreatCircle(start[0], start[1], 9000.0, start[2], 250.0, 1000.0)
     t = np.arange(0.0, 1001.0)
     s = circle.state(t)
