@@ -1,7 +1,7 @@
-"""Runs Python files each in a process of its own, forked from one that has imported numba and has compiled something.
+"""Runs Python each in a process of its own, forked from one that has imported numba and has compiled something.
 
-A process that starts anew takes a second for that. The forked ones share no kernel: those of sinssim are defined in
-the file that each runs, or are imported by it.
+A process that starts anew takes a second for that, and two for all packages that sinssim imports. The forked ones share
+no kernel: those of sinssim are defined in the file that each runs, or are imported by it.
 """
 
 from __future__ import annotations
@@ -21,11 +21,15 @@ from pathlib import Path
 class Forks:
     """Starts processes, one after the other; a context manager."""
 
+    def __init__(self, *modules: str) -> None:
+        """Name what the processes have imported when they start, beside numba: no part of sinssim."""
+        self._modules = modules
+
     def __enter__(self) -> Forks:
         self._socket, theirs = socket.socketpair()
         with theirs:
             self._server = subprocess.Popen(
-                [sys.executable, "-P", __file__, str(theirs.fileno())],
+                [sys.executable, "-P", __file__, str(theirs.fileno()), *self._modules],
                 pass_fds=[theirs.fileno()],
                 env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1", "PYTHONPATH": ""},
             )
@@ -36,7 +40,7 @@ class Forks:
         self._server.wait()
 
     def run(self, *words: str | Path, cwd: Path | None = None, **variables: str) -> subprocess.CompletedProcess[str]:
-        """Run Python on a file, or on `-m` and a module, and wait for its end.
+        """Run Python on a file, on `-m` and a module, or on `-c` and code, and wait for its end.
 
         Args:
             *words: arguments of the interpreter.
@@ -63,9 +67,14 @@ class Forks:
             return subprocess.CompletedProcess(arguments, code, out.read(), err.read())
 
 
-def _serve(requests: socket.socket) -> None:
+def _serve(requests: socket.socket, modules: list[str]) -> None:
     """Fork a process for each request until the other end is closed."""
+    import importlib
+
     import numba
+
+    for module in modules:
+        importlib.import_module(module)
 
     numba.njit(lambda x: 2.0 * x)(1.0)  # the compiler is ready from here on
     gc.freeze()  # its memory stays shared
@@ -84,6 +93,8 @@ def _serve(requests: socket.socket) -> None:
             code = 0
             try:
                 _become(*request)
+            except SystemExit as end:
+                code = end.code if isinstance(end.code, int) else int(end.code is not None)
             except BaseException:
                 traceback.print_exc()
                 code = 1
@@ -107,11 +118,13 @@ def _become(words: list[str], folder: str, variables: dict[str, str]) -> None:
     numba.config.reload_config()
     sys.path[:0] = [folder, *filter(None, variables.get("PYTHONPATH", "").split(os.pathsep))]
     sys.argv = words[words[0] == "-m" :]
-    if words[0] == "-m":
+    if words[0] == "-c":
+        exec(compile(words[1], "<string>", "exec"), {"__name__": "__main__"})
+    elif words[0] == "-m":
         runpy.run_module(words[1], run_name="__main__", alter_sys=True)
     else:
         runpy.run_path(words[0], run_name="__main__")
 
 
 if __name__ == "__main__":
-    _serve(socket.socket(fileno=int(sys.argv[1])))
+    _serve(socket.socket(fileno=int(sys.argv[1])), sys.argv[2:])

@@ -460,9 +460,9 @@ class AlignmentMedia(Media[AlignmentResult]):
         return super().figure(result, quantity)
 
     def write(self, result: AlignmentResult, exhibits: Exhibits, folder: Path) -> None:
-        from sinssim.recording.figures import save
+        from sinssim.recording.figures import figure_of, save
         from sinssim.recording.rerun.exhibit_recording import record
 
         record(exhibits, folder / "recording.rrd")
         if exhibits.figure:
-            save(result.plot(), folder / "alignment.svg")
+            save(figure_of(exhibits.chosen(exhibits.figure)), folder / "alignment.svg")

@@ -23,18 +23,25 @@ A test:
 
 from __future__ import annotations
 
+import atexit
 import filecmp
-import os
 import re
 import shutil
-import subprocess
-import sys
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+
+from tests.forked import Forks
 
 ROOT = Path(__file__).parents[2]
 PAGES = ROOT / "docs" / "extending"
 _FOLDERS = ("sinssim", "aircraft", "scenarios", "viz")
+_PACKAGES = (
+    "scipy.stats", "scipy.signal", "scipy.spatial.transform", "scipy.optimize", "scipy.interpolate", "filterpy.kalman",
+    "pydantic", "typer.testing",
+)  # fmt: skip
+"""What the package imports and no page changes."""
+_STRICT = "import warnings; warnings.simplefilter('error')\n"
 _END = "----- the end of a command -----"
 _EACH = """
 from sinssim.cli.app import main
@@ -156,7 +163,9 @@ class Copy:
         Raises:
             AssertionError: the code failed; the message holds what it wrote to stderr.
         """
-        return self._execute("-c", code)
+        ended = _forks().run("-c", _STRICT + code, cwd=self.root, PYTHONPATH=str(self.root))
+        assert ended.returncode == 0, f"{code}\n{ended.stdout}\n{ended.stderr}"
+        return ended.stdout
 
     def command(self, *arguments: str) -> str:
         """Run the command line of the changed package.
@@ -170,7 +179,7 @@ class Copy:
         Raises:
             AssertionError: the command failed; the message holds what it wrote to stderr.
         """
-        return self._execute("-m", "sinssim", *arguments)
+        return self.commands(arguments)[0]
 
     def commands(self, *commands: tuple[str, ...]) -> list[str]:
         """Run several command lines of the changed package in one process.
@@ -186,17 +195,13 @@ class Copy:
         """
         return self.run(_EACH.format(commands=commands, end=_END)).split(f"{_END}\n")[:-1]
 
-    def _execute(self, *arguments: str) -> str:
-        own = {"PYTHONPATH": str(self.root), "PYTHONDONTWRITEBYTECODE": "1"}
-        ended = subprocess.run(
-            [sys.executable, "-W", "error", *arguments],
-            env={**os.environ, **own},
-            cwd=self.root,
-            capture_output=True,
-            text=True,
-        )
-        assert ended.returncode == 0, f"{arguments[-1]}\n{ended.stdout}\n{ended.stderr}"
-        return ended.stdout
+
+@cache
+def _forks() -> Forks:
+    """Return what starts the processes of all pages; a process that starts anew takes two seconds."""
+    forks = Forks(*_PACKAGES)
+    atexit.register(forks.__exit__)
+    return forks.__enter__()
 
 
 def changed(text: str, block: Block) -> str:

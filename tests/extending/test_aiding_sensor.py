@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
+
 from tests.extending.pages import Copy, read_page
 
 MORE = """
@@ -17,12 +19,23 @@ print("radar-altimeter" in page_of(result.exhibits))
 """
 
 
-def test_page(tmp_path: Path) -> None:
-    page = read_page("aiding-sensor")
-    copy = Copy(tmp_path)
-    copy.apply(page)
+@pytest.fixture
+def copy(tmp_path: Path) -> Copy:
+    made = Copy(tmp_path)
+    made.apply(read_page("aiding-sensor"))
+    return made
+
+
+def test_page(copy: Copy) -> None:
     assert copy.touched == ["sinssim/sensors/aiding/radar_altimeter.py"]
-    lines = copy.run(page.snippets[0] + MORE).splitlines()
+    listed, checked = copy.commands(("list", "aiding"), ("check", "scenarios/sea_flight.toml"))
+    assert "radar_altimeter  A radar altimeter over the sea, up to 2500 ft." in listed
+    assert "aiding      radar_altimeter, 2 Hz; all by default" in checked
+
+
+@pytest.mark.slow  # test_measurement_kind.py runs a filter with the sensor of a page, too
+def test_the_sensor_aids_a_filter(copy: Copy) -> None:
+    lines = copy.run(read_page("aiding-sensor").snippets[0] + MORE).splitlines()
     assert lines[0] == "80 of 80 readings taken"
     error, sigma = map(float, re.findall(r"-?[\d.]+(?= m)", lines[1]))
     # 20 m at first; what is left is the height of the sea, 1 m, less what its changes tell beside those of the climb
@@ -31,6 +44,3 @@ def test_page(tmp_path: Path) -> None:
     assert lines[2] == "True True"
     assert lines[3].startswith("True ")
     assert lines[4] == "True"
-    listed, checked = copy.commands(("list", "aiding"), ("check", "scenarios/sea_flight.toml"))
-    assert "radar_altimeter  A radar altimeter over the sea, up to 2500 ft." in listed
-    assert "aiding      radar_altimeter, 2 Hz; all by default" in checked

@@ -12,7 +12,6 @@ from tests.slow import slow
 
 RATE = """
 import numpy as np
-from tests.slow import slow
 
 ideal = run.truth.ideal
 rate = ideal.dtheta * scenario.imu.rate_hz
