@@ -405,11 +405,11 @@ def test_a_copy_has_other_values_in_all_that_it_calls_and_the_original_keeps_its
     assert jit.rebound(outer, "same", NOT_USED=1.0) is outer
 
 
-def test_the_key_of_the_platform_is_the_same_in_another_process() -> None:
+def test_the_key_of_the_platform_is_the_same_in_another_process(forks: Forks) -> None:
     """It had the address of a function that keeps its results: each process compiled the kernel again, for 5 s."""
     code = "from sinssim.strapdown.gimballed_platform import _engine; print(_engine('exact')._cache.key)"
-    there = subprocess.check_output([sys.executable, "-c", code], text=True)
-    assert there == f"{_engine('exact')._cache.key}\n"
+    there = forks.run("-c", code, cwd=Path(sinssim.__file__).parents[1])
+    assert there.stdout == f"{_engine('exact')._cache.key}\n"
 
 
 def test_the_key_of_a_kernel_with_a_set_of_options_does_not_depend_on_the_order_of_the_set() -> None:

@@ -118,9 +118,10 @@ SHORTER = {
 """What shipped scenarios and studies say, and what their small namesakes say instead."""
 LONG = (
     *("compare coning", "compare gyro_trade", "--vary", "--runs 1000", "--sheet", "--until-decided"),
-    *("run imu.csv gnss.pos", "run my_drive.toml", "inspect imu.csv gnss.pos"),
+    *("run imu.csv gnss.pos", "run my_drive.toml", "inspect imu.csv gnss.pos", "allan drive.toml", "allan log.npz"),
+    *("calibration_systematic", "align parked", "--require"),
 )
-"""Parts of the examples that take two to twenty seconds of processor time: they run with -m slow."""
+"""Parts of the examples that take one to twenty seconds of processor time: they run with -m slow."""
 
 
 def _sinssim(line: str) -> None:
@@ -146,7 +147,7 @@ def _write_scenarios(folder: Path) -> None:
             assert long in text
             text = text.replace(long, short)
         (folder / "scenarios" / f"{name}.toml").write_text(text, encoding="utf-8")
-    first = MOVING.format(name="first_flight", duration=3600.0, grade="laser-standard", rate=5.0)
+    first = MOVING.format(name="first_flight", duration=3600.0, grade="laser-standard", rate=2.0)
     (folder / "scenarios" / "first_flight.toml").write_text(first, encoding="utf-8")
     uav = MOVING.format(name="mems_uav", duration=120.0, grade="mems-industrial", rate=10.0)
     (folder / "mems_uav.toml").write_text(uav + AIDED.format(baro="[aiding.baro]"), encoding="utf-8")

@@ -19,7 +19,7 @@ latitude_deg = 50.0
 duration_s = 600.0
 
 [imu]
-rate_hz = 2.0
+rate_hz = 1.0
 
 [navigation]
 vertical = "truth"

@@ -16,6 +16,8 @@ import pytest
 
 from sinssim.cli import app as cli
 
+pytestmark = pytest.mark.usefixtures("hardly_counted")
+
 STUDY = """\
 description = "a parked vehicle"
 

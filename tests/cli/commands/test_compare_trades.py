@@ -78,13 +78,13 @@ SWEEP = (
     "--vary",
     "imu.gyro_bias_sigma_deg_h=0.01:1:log3",
 )
-REQUIRE = ("--require", "r95(end) <= 1 km", "--set", "times_s=[30.0]", "--set", "imu.rate_hz=20")
+REQUIRE = ("--require", "r95(end) <= 1 km", "--set", "times_s=[30.0]", "--set", "imu.rate_hz=4")
 
 
 def test_a_sweep_is_the_study_of_a_file(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The same numbers, files and report; the file's study continues the sweep, and has no cell to compute."""
     (folder / "file.toml").write_text(
-        'name = "standing-trade"\nscenario = "standing.toml"\nset = ["imu.rate_hz=20"]\ntimes_s = [30.0]\n'
+        'name = "standing-trade"\nscenario = "standing.toml"\nset = ["imu.rate_hz=4"]\ntimes_s = [30.0]\n'
         'require = ["r95(end) <= 1 km"]\n[[axes]]\nkey = "imu.grade"\nvalues = ["laser-standard", "tactical"]\n'
         '[[axes]]\nkey = "imu.gyro_bias_sigma_deg_h"\nvalues = [0.01, 0.1, 1.0]\n',
         encoding="utf-8",

@@ -13,6 +13,8 @@ from sinssim.experiments.study import load_study
 from tests.experiments.studies.test_rates import VERDICTS
 from tests.slow import slow
 
+pytestmark = pytest.mark.usefixtures("hardly_counted")
+
 SEEDS = (1, 2, 3, 4, 5)
 """Of turbulence and of band-limited vibration, and of the study's sensor errors."""
 SHARES = (0.7, 0.85, 1.0)

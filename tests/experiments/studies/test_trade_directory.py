@@ -78,7 +78,7 @@ def test_a_file_of_another_cell(tmp_path: Path) -> None:
     [
         ({"name": "other"}, "it is the study small, not other"),
         ({"cell": "ensemble"}, "it has budget cells, not ensemble cells"),
-        ({"set": ("imu.rate_hz=20.0",)}, "it is of another scenario: imu.rate_hz was 10.0, now 20.0"),
+        ({"set": ("imu.rate_hz=20.0",)}, "it is of another scenario: imu.rate_hz was 2.0, now 20.0"),
     ],
 )
 def test_another_study_is_refused(tmp_path: Path, keys: dict[str, Any], said: str) -> None:

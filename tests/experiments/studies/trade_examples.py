@@ -13,7 +13,7 @@ SCENARIO = """\
 name = "standing"
 seed = 5
 parked = { latitude_deg = 50.0, duration_s = 60.0, roll_deg = 1.0 }
-imu = { grade = "laser-standard", rate_hz = 10.0 }
+imu = { grade = "laser-standard", rate_hz = 2.0 }
 navigation = { initial_error = { position_sigma_m = 3.0, tilt_sigma_arcmin = 1.0 } }
 """
 
