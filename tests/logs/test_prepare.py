@@ -119,6 +119,7 @@ def test_run_says_it_in_summary_report_and_events(tmp_path: Path) -> None:
     assert made.summary["track"]["attitude"].startswith("assumed: heading along the track")
 
 
+@pytest.mark.slow
 def test_planned_route_in_the_report(tmp_path: Path) -> None:
     run(scenario(tmp_path, ROUTE), tmp_path / "run")
     report = (tmp_path / "run" / "report.html").read_text()

@@ -322,6 +322,7 @@ def test_without_a_reference_solutions_are_compared_with_the_smoothed_one(tmp_pa
     assert again.summary["filter"]["aided"] == summary["filter"]["aided"]
 
 
+@pytest.mark.slow
 def test_one_algorithm_alone_has_nothing_to_be_compared_with(tmp_path: Path) -> None:
     plan = _with_fixes(tmp_path, reference=False, seconds=25.0).model_copy(update={"filter": None})
     run = sinssim.run(plan, tmp_path / "run")

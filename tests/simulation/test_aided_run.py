@@ -314,6 +314,7 @@ def test_vehicle_that_moves_is_not_aligned_coarsely():
         )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_transfer_alignment_takes_the_attitude_of_the_better_system():
     """Velocity matching through turns: the azimuth, unknown at first by a degree, comes down and stays within 4σ."""
     s = scenario(

@@ -77,7 +77,7 @@ CASES: dict[str, tuple[dict[str, Any], NDArray[np.float64], NDArray[np.float64]]
 }
 
 
-FEW = ("gyro north", "accelerometer east", "heading", "velocity north")
+FEW = ("accelerometer east", "velocity north")
 
 
 @pytest.mark.parametrize("case", [*FEW, *slow(*(case for case in CASES if case not in FEW))])

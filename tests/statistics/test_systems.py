@@ -148,6 +148,7 @@ def test_detection_time_is_the_predicted_one(teams: int) -> None:
     assert detected[-1] == 1.0
 
 
+@pytest.mark.slow
 def test_shipped_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """A few teams; the rates of many are in docs/sensor-sets.md."""
     monkeypatch.setattr("sinssim.recording.figures.save", lambda figure, path: None)

@@ -133,6 +133,7 @@ def test_parts_of_the_state_are_stationary(order: int) -> None:
     assert model.correlation(np.array(10e3)) == pytest.approx(np.exp(-1.0), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_filter_that_knows_the_field_has_no_error_by_it() -> None:
     """Three minutes with perfect sensors and satellites: innovations and errors are smaller by the field's part."""
     tables = {

@@ -123,6 +123,7 @@ def test_runs_of_an_ensemble_draw_their_own_remainder() -> None:
     np.testing.assert_array_equal(one.ideal.dvel, alone.dvel)
 
 
+@pytest.mark.slow
 def test_a_turning_block_feels_the_same_field() -> None:
     """Perfect sensors in a block that turns: the budget's mean against the run, and the field's error as at rest."""
     parts = ("great_circle.duration_s=900", "imu.rate_hz=5")

@@ -189,6 +189,7 @@ def test_readings_without_gravity_are_named(tmp_path: Path) -> None:
         inspect(paths, tmp_path)
 
 
+@pytest.mark.slow
 def test_a_receiver_that_starts_late_begins_the_run(tmp_path: Path) -> None:
     (t, w, f), (s, latitude, longitude, h, v) = _unit(), _seen()
     late = s > 20.0
@@ -201,6 +202,7 @@ def test_a_receiver_that_starts_late_begins_the_run(tmp_path: Path) -> None:
     assert log.fixes.time[0] - log.imu.time[0] < 0.5
 
 
+@pytest.mark.slow
 def test_a_slow_log_with_a_solution_alone_has_emulated_satellites(tmp_path: Path) -> None:
     """A folder of KITTI at 10 Hz: the solution stands for the fixes, and what needs faster samples is left out."""
     (tmp_path / "oxts" / "data").mkdir(parents=True)

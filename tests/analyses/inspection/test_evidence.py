@@ -145,6 +145,7 @@ def test_runs_of_a_dead_band_are_no_freeze() -> None:
     assert not any("same number" in f.text for f in channel_findings("gyros", values * DEG, "°/s", DEG))
 
 
+@pytest.mark.slow
 def test_leap_seconds_are_named() -> None:
     """Times of a unit that are GPS time but are taken for UTC run 18 s ahead."""
     unit = worlds.readings(50.0)

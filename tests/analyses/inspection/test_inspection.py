@@ -70,6 +70,7 @@ def test_the_attitude_at_the_start_needs_no_mounting(turn_deg: tuple[float, floa
         assert result.mounting.of_vehicle(angles) == pytest.approx(np.array(of_vehicle), abs=3.0 * sigma)
 
 
+@pytest.mark.slow
 def test_clocks_without_a_common_origin() -> None:
     unit = worlds.readings(late=5321.7)
     result = _inspect(unit, worlds.fixes(), Clock("machine"))

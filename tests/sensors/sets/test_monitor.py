@@ -106,7 +106,7 @@ def test_false_alarms_are_as_frequent_as_stated(name: str) -> None:
         assert stats.kstest(statistic, "chi2", (len(READY[name]) - 3,)).pvalue > 0.005
 
 
-@pytest.mark.parametrize("name", READY)
+@pytest.mark.parametrize("name", ["skewed-triads", *slow("cone-4", "cone-5", "dodecahedron")])
 def test_missed_detections_are_as_frequent_as_stated(name: str) -> None:
     """The smallest bias stated for a window is missed by 5 % of 10⁴ draws, within the 95 % band; at rest."""
     draws, samples = 10_000, 10

@@ -118,6 +118,7 @@ def test_failure_names_phase_time_and_state(legs: list[dict[str, Any]], words: s
     assert "kt calibrated" in str(refusal.value)
 
 
+@pytest.mark.slow
 def test_engine_without_fuel_does_not_start(tmp_path: Path) -> None:
     text = Path("aircraft/c172x/aircraft.toml").read_text()
     text = text.replace("[model_changes]\n", "[model_changes]\n'.//tank/contents' = \"0\"\n")

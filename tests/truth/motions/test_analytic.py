@@ -15,6 +15,7 @@ from sinssim.truth.motions.analytic import AnalyticMotion, OnEarth, inertial_inc
 from sinssim.truth.motions.coning_and_rocking import Sculling, SpinCone, SpinRock, classical_cone
 from sinssim.truth.motions.turntable import Dwell, RotationTable, Turn
 from tests.oracles import integrator as oracle
+from tests.slow import slow
 
 Array = np.ndarray
 SPIN = np.array([0.0, 0.0, oracle.OMEGA])
@@ -83,7 +84,7 @@ def test_velocity_and_acceleration_are_those_of_the_position(motion: AnalyticMot
     assert np.abs(difference([p[1] for p in around], h) - a).max() < 1e-12 * motion.fastest**2 * size
 
 
-@pytest.mark.parametrize("rate_hz", [3.0, 100.0])
+@pytest.mark.parametrize("rate_hz", [3.0, *slow(100.0)])
 def test_closed_forms_against_adaptive_quadrature(motion: AnalyticMotion, rate_hz: float) -> None:
     """The integrals of rate and specific force, in inertial space."""
     imu = inertial_increments(motion, rate_hz, DURATION)

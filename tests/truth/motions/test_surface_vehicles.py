@@ -146,6 +146,7 @@ def test_ship_at_anchor_moves_with_the_spectrum_of_sea_and_hull() -> None:
     assert banded(at, found, edges) / banded(at, stated, edges) == pytest.approx(np.ones(4), abs=0.7)
 
 
+@pytest.mark.slow
 def test_ship_meets_head_seas_more_often() -> None:
     keys = {"significant_height_m": 1.0, "peak_period_s": 8.0, "waves_towards_deg": 180.0}
     legs = ({"type": "straight", "duration_s": 3000.0, "speed_mps": 8.0},)

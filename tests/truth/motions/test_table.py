@@ -90,6 +90,7 @@ def test_through_the_whole_package() -> None:
     assert np.linalg.norm(result.errors["quaternion"].attitude, axis=1).max() < 1e-7
 
 
+@pytest.mark.slow
 def test_mounting_turns_the_positions_and_the_axes() -> None:
     """A calibration of a block that is mounted askew has the same result as that of one that is not."""
     from sinssim.analyses.calibration.turntable_calibration import calibrate
