@@ -14,6 +14,7 @@ from sinssim.experiments.ensembles.ensemble_execution import errors_of_runs
 from sinssim.experiments.ensembles.ensemble_plan import TruthCache, make_plan, member
 from sinssim.scenario.load import load_scenario
 from tests.experiments.ensembles.examples import AIDED, scenario
+from tests.slow import slow
 
 VARIED = (
     {"type": "uniform", "key": "parked.heading_deg", "low": 0.0, "high": 90.0},
@@ -22,8 +23,9 @@ VARIED = (
 )
 
 
-@pytest.mark.parametrize("vary", [(), VARIED], ids=["seeds", "varied keys"])
-@pytest.mark.parametrize("solution", ["euler", "quaternion"])
+@pytest.mark.parametrize(
+    ("solution", "vary"), [("euler", ()), ("quaternion", VARIED), *slow(("euler", VARIED), ("quaternion", ()))]
+)
 def test_twenty_runs_are_twenty_single_runs(solution: str, vary: Any, tmp_path) -> None:
     """Each is run again from the scenario's file with the settings that the ensemble gives."""
     base = scenario(ensemble={"epoch_s": 0.5, "solution": solution, "vary": vary})

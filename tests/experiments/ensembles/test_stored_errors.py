@@ -29,6 +29,7 @@ from sinssim.experiments.ensembles.ensemble_statistics import summary_of
 from sinssim.experiments.ensembles.ensemble_verdicts import judge
 from sinssim.statistics.requirements import parse_requirements
 from tests.experiments.ensembles.examples import AIDED, PARKED, scenario
+from tests.slow import slow
 
 RUNS, EPOCHS = 130, 41
 BLOCKS, SENSORS = {"all states": 15, "position": 3}, ("gnss",)
@@ -187,7 +188,7 @@ def test_an_array_beyond_the_memory_is_refused(tmp_path, monkeypatch) -> None:
     assert kept.column("position_n_m").shape == (RUNS, EPOCHS)
 
 
-@pytest.mark.parametrize(("contents", "runs"), [(PARKED, 10), (AIDED, 3)])
+@pytest.mark.parametrize(("contents", "runs"), [(PARKED, 10), *slow((AIDED, 3))])
 def test_an_ensemble_from_end_to_end(contents, runs, tmp_path, monkeypatch) -> None:
     """With a directory and without one."""
     monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)

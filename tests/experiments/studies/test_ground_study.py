@@ -15,6 +15,7 @@ from sinssim.alignment import Attitude, InstrumentErrors, error_statistics, idea
 from sinssim.alignment.determination import solve
 from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.units import DEG_H, UG
+from tests.slow import slow
 
 STUDY = Path(__file__).parents[3] / "scenarios" / "ground_study.py"
 
@@ -30,7 +31,7 @@ def second_order(*arguments):
     return importlib.import_module("support.second_order").second_order(*arguments)
 
 
-@pytest.mark.parametrize("latitude", [50.0, 80.0])
+@pytest.mark.parametrize("latitude", [80.0, *slow(50.0)])
 def test_the_mean_of_the_latitude_shifts_as_the_second_order_says(latitude):
     sigmas = InstrumentErrors(gyro_bias=0.3 * DEG_H, accel_bias=500 * UG)
     attitude, phi, draws = Attitude(0.4, 0.1, 0.3), np.radians(latitude), 1_000_000

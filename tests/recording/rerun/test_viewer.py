@@ -80,10 +80,12 @@ def broken_viewer(tmp_path, monkeypatch):
     ("said", "expected"),
     [
         ("thread main panicked at Failed to get render context", "apt-get install mesa-vulkan-drivers"),
-        ("No graphics adapter was found", "apt-get install mesa-vulkan-drivers"),
         ("Error: winit EventLoopError: neither WAYLAND_DISPLAY nor DISPLAY is set", "--web"),
-        ("something else", "ended with code 101. Its last output: something else"),
         ("\033[33mWARN\033[0m walkers::io::fetch: tile\n\033[1mbad\033[0m file", "Its last output: bad file"),
+        *slow(
+            ("No graphics adapter was found", "apt-get install mesa-vulkan-drivers"),
+            ("something else", "ended with code 101. Its last output: something else"),
+        ),
     ],
 )
 def test_a_viewer_that_cannot_draw_is_explained(directory, broken_viewer, said, expected):
