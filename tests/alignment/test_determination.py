@@ -214,7 +214,7 @@ def test_what_a_parked_vehicle_may_read() -> None:
             determine(GYRO, np.stack([fits * down, beyond * down]))
     assert determine(1000.0 * DEG_H * down, ACCEL).earth_rate == 1000.0 * DEG_H
     with pytest.raises(InputError, match=r"is 1000.5 deg/h .*\(element \[1\]\)"):
-        determine(np.stack([1000.0 * DEG_H * down, 1000.5 * DEG_H * down]), ACCEL)
+        determine(np.stack([rate * DEG_H * down for rate in (1000.0, 1000.5, 2000.0)]), ACCEL)
 
 
 @pytest.mark.parametrize(("part", "found"), [(0.749, False), (0.751, True), (1.249, True), (1.251, False)])
@@ -247,7 +247,7 @@ def test_gravity_that_is_none_is_refused():
     with pytest.raises(InputError, match="gravity must be a positive"):
         ideal_readings(0.0, 0.0, 0.0, 0.5, gravity=-9.8)
     with pytest.raises(InputError, match=r"gravity must be a positive number of m/s² \(element \[1\]\)"):
-        ideal_readings(0.0, 0.0, 0.0, 0.5, gravity=[9.8, -9.8, 9.8])
+        ideal_readings(0.0, 0.0, 0.0, 0.5, gravity=[9.8, -0.5, 9.8])
 
 
 def test_zeros_have_no_sign_and_a_vehicle_upside_down_a_roll_of_plus_180_degrees():

@@ -90,3 +90,13 @@ def test_noises_of_each_triad() -> None:
     }  # fmt: skip
     for source, variance in expected.items():
         np.testing.assert_allclose(np.broadcast_to(found[source], 3), variance, rtol=1e-12, err_msg=source)
+
+
+def test_flicker_within_a_sample_is_that_of_one_sample() -> None:
+    """Sessions of half a sample, one and two samples at 10 Hz; the mean over more samples varies less."""
+    sigma = ImuErrors(TriadErrors(flicker=2e-6), TriadErrors())
+    half, one, two = (
+        reading_variances(sigma, RATE, FORCE, seconds, rate_hz=10.0)["gyro flicker"] for seconds in (0.05, 0.1, 0.2)
+    )
+    np.testing.assert_array_equal(half, one)
+    assert (two < 0.99 * one).all()

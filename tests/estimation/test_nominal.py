@@ -80,6 +80,15 @@ def test_beyond_the_ends_acceleration_and_rate_go_on() -> None:
     check(near(rows, at_times, gyros, known, WGS84), at_times, 2e-3)
 
 
+def test_at_the_first_row_is_what_it_holds() -> None:
+    """Also where the motion does not go on from the rows after it."""
+    rows = solution(np.arange(10.0, 11.01, 0.02))
+    rows.velocity_ned[0] += 1.0
+    gyros = MeanGyroRates(ImuData(np.array([9.0, 12.0]), np.zeros((1, 3)), np.zeros((1, 3))))
+    state = near(rows, rows.time[:1], gyros, ImuErrors(), WGS84)
+    np.testing.assert_allclose(state.velocity_ned, rows.velocity_ned[:1], rtol=0, atol=1e-12)
+
+
 def test_the_rows_of_a_solution() -> None:
     rows = solution(np.array([10.0, 12.0]))
     found = solution_of(rows.time, rows.state(slice(None)), "own")  # type: ignore[arg-type]

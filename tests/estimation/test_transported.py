@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from sinssim.data import Array, Measurements, NavState
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.estimation import BLOCKS, Block, ErrorModel
-from sinssim.estimation.linearisation import Prediction, observe
+from sinssim.estimation.linearisation import Prediction, _dynamics, observe
 from sinssim.sensors.aiding_registry import KINDS, measurement_kind
 from tests.oracles import integrator as oracle
 from tests.oracles.transported import geodetic, wrong_by
@@ -71,6 +72,22 @@ def residual(kind: str, truth: Truth, x: Array) -> tuple[Array, Array]:
 CASES = [(kind, -np.radians(89.0)) for kind in KINDS]
 CASES += slow(*((kind, latitude) for kind in KINDS for latitude in (0.8, np.radians(89.9))))
 CASES += [(kind, np.radians(89.9999)) for kind in KINDS if not measurement_kind(kind).of_north]
+
+
+def test_the_attitude_half_way_is_in_the_axes_of_the_end() -> None:
+    """A kilometre from a pole the axes turn by 0.2 rad in 200 m; the Earth is flat there to 3e-5."""
+    latitude, longitude = np.full(3, 0.5 * np.pi - 1e3 / 6.4e6), np.array([-2.0, -1.9, -1.8])
+    states = [
+        NavState(latitude[s], longitude[s], np.zeros(len(latitude[s])), np.full((len(latitude[s]), 3), 5.0),
+                 np.tile(C_NB.as_quat(scalar_first=True), (len(latitude[s]), 1)))
+        for s in (slice(0, 3, 2), slice(1, 2))
+    ]  # fmt: skip
+    around = SimpleNamespace(model=MODEL, gravity="normal", ellipsoid=WGS84, density=np.zeros(MODEL.size))
+    _, _, c_nb, turn = _dynamics(around, *states, np.array([20.0]), RATE[None])  # type: ignore[arg-type]
+    start, middle, end = (oracle.ned_axes(latitude[k], longitude[k]) for k in range(3))
+    np.testing.assert_allclose(c_nb[0], end @ middle.T @ C_NB.as_matrix(), rtol=0, atol=1e-4)
+    assert turn is not None
+    np.testing.assert_allclose(turn[0], start @ end.T, rtol=0, atol=1e-4)
 
 
 @pytest.mark.parametrize(("kind", "latitude"), CASES)

@@ -15,7 +15,7 @@ from sinssim.rotation.vectors import turned
 from sinssim.strapdown.attitude.euler import _seen_after_k, _turned_k
 from sinssim.strapdown.coning_sculling import logarithm_k
 from sinssim.strapdown.frames.azimuth import FREE_AZIMUTH, TRANSVERSE, WANDER, Place, earth_k, pole_k, transport_k
-from sinssim.strapdown.frames.inertial import gravitation_rate_k
+from sinssim.strapdown.frames.inertial import geodetic_k, gravitation_rate_k
 from sinssim.strapdown.frames.navigation_problem import Models
 
 
@@ -39,6 +39,13 @@ def test_an_earth_fixed_vector_in_the_frames_axes() -> None:
     ):
         expected = Rotation.from_quat(q, scalar_first=True).apply(v, inverse=True)
         np.testing.assert_allclose(pole_k(TRANSVERSE, v, tuple(q)), expected, rtol=0, atol=2e-15)
+
+
+def test_within_a_metre_of_the_axis_the_longitude_is_that_of_the_place() -> None:
+    """0.4 m from the axis towards 90° east, moving towards the pole: due north; the Earth's own motion is 3e-5 m/s."""
+    where = geodetic_k(parameters(WGS84), (1.0, 0.0), (0.0, 0.4, 6.36e6), (0.0, -3.0, 0.0))
+    np.testing.assert_allclose(where.longitude, (0.0, 1.0), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(where.v, (3.0, 0.0, 0.0), rtol=0, atol=1e-4)
 
 
 def test_a_free_azimuth_does_not_turn_about_the_vertical_among_the_stars() -> None:

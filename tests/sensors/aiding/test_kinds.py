@@ -11,6 +11,7 @@ from sinssim.earth.ellipsoids import WGS84
 from sinssim.estimation import BLOCKS, Block, ErrorModel
 from sinssim.estimation.linearisation import Prediction, observe
 from sinssim.sensors.aiding_registry import KINDS, measurement_kind
+from sinssim.sensors.measurement_kind import skew
 from tests.oracles import integrator as oracle
 
 ARM = np.array([1.5, -0.4, -2.0])
@@ -30,6 +31,12 @@ EXTRA = {
     "land-velocity": {"mounting": (0.02, -0.03), "lever arm": (0.3, -0.2, 0.1), "slip": (0.005,)},
 }
 """What else a kind may have, with a value of each state."""
+
+
+def test_products_with_vectors_as_matrices() -> None:
+    v, w = np.array([[1.0, 2.0, 3.0], [-4.0, 0.5, 7.0]]), np.array([0.3, -2.0, 5.0])
+    np.testing.assert_allclose(skew(v) @ w, np.cross(v, w), rtol=1e-15)
+    np.testing.assert_array_equal(skew(v[0]), skew(v)[0])
 
 
 def model_of(kind: str) -> ErrorModel:
