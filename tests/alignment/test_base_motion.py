@@ -35,6 +35,7 @@ from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.motions.parked_and_great_circle import Parked
 from sinssim.units import ARCSEC
+from tests.slow import slow
 
 HEADING, ROLL, PITCH, LATITUDE = 2.1, 0.02, -0.03, np.radians(50.0)
 LASER = Imu(grade="laser-navigation")
@@ -63,7 +64,7 @@ def step(size, axis, at):
     ["ideal", "laser-navigation", "laser-standard", "tactical", "mems-tactical", "mems-industrial", "consumer"],
 )
 def test_noise_alone_is_not_taken_for_motion(grade):
-    for seed in range(8):
+    for seed in range(4):
         section = Imu(grade=grade)
         found = stillness(emulate(session(), section, seed), expected_errors(section))
         assert not found.moved, (seed, found.worst)
@@ -71,7 +72,7 @@ def test_noise_alone_is_not_taken_for_motion(grade):
 
 def test_pulses_are_not_taken_for_motion():
     section = Imu(grade="laser-standard", gyro_quantum_arcsec=1.0, accel_quantum_mm_s=1.0)
-    for seed in range(8):
+    for seed in range(4):
         assert not stillness(emulate(session(), section, seed), expected_errors(section)).moved
         assert not stillness(emulate(session(), section, seed)).moved
 
@@ -111,7 +112,7 @@ def test_a_drift_that_is_known_of_is_not_taken_for_motion(name: str) -> None:
     )
     expected = expected_errors(section)
     alone = []
-    for seed in range(8):
+    for seed in range(4):
         imu = emulate(session(), section, seed)
         alone.append(stillness(imu).moved)
         assert not stillness(imu, expected).moved
@@ -196,8 +197,8 @@ def test_the_latitude_holds_for_a_turn_about_the_vertical_as_large_as_a_tilt_may
 
 
 def test_a_refusal_says_what_was_seen_what_the_grade_explains_and_what_to_do() -> None:
-    slow = Swaying(LATITUDE, 0.3, 0.0, ROLL, PITCH, HEADING, 300.0, [Sway("pitch", 10 * ARCSEC, 1 / 900.0)])
-    imu = emulate(slow.increments(10.0), LASER, 1)
+    gentle = Swaying(LATITUDE, 0.3, 0.0, ROLL, PITCH, HEADING, 300.0, [Sway("pitch", 10 * ARCSEC, 1 / 900.0)])
+    imu = emulate(gentle.increments(10.0), LASER, 1)
     with pytest.raises(InputError) as info:
         align_session(imu, "here", LASER)
     for words in ("arcsec, but the noise of the sensors' grade explains only", "--disturbed", "moved"):
@@ -299,7 +300,7 @@ def test_a_quiet_base_is_accepted_and_its_covariance_holds(draws: int) -> None:
         assert np.all(np.mean(values**2, axis=0) < upper)
 
 
-@pytest.mark.parametrize("arcsec", [3.0, 10.0, 30.0])
+@pytest.mark.parametrize("arcsec", [3.0, *slow(10.0, 30.0)])
 @pytest.mark.parametrize("draws", many(5))
 @pytest.mark.parametrize("kind", ["mixed", "slow"])
 def test_a_sway_is_refused(kind: str, draws: int, arcsec: float) -> None:
