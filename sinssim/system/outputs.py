@@ -18,6 +18,7 @@ import socket
 import stat
 import sys
 import tempfile
+import weakref
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
@@ -98,6 +99,8 @@ class Draft:
         remove_left(parent)
         self.path = parent / f".{name}-{secrets.token_hex(8)}"
         self._lock: int | None = None
+        # for an interruption before the caller has the folder, which no block can catch
+        self._end = weakref.finalize(self, _discard, self.path, os.getpid())
         try:
             self.path.mkdir(mode)
             self._lock = open_own(self.path / IN_DRAFT)
@@ -115,6 +118,7 @@ class Draft:
 
     def close(self) -> None:
         """Remove the folder."""
+        self._end.detach()
         shutil.rmtree(self.path, ignore_errors=True)
         if self._lock is not None:
             os.close(self._lock)
@@ -125,6 +129,12 @@ class Draft:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _discard(path: Path, process: int) -> None:
+    """Remove a folder in the process that made it, and not in one that was forked from it."""
+    if os.getpid() == process:
+        shutil.rmtree(path, ignore_errors=True)
 
 
 @contextmanager

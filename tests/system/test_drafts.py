@@ -33,6 +33,20 @@ def folder(place: Path, mark: str | None) -> Path:
     return place
 
 
+def test_a_folder_that_nobody_got_is_removed_by_its_own_process(tmp_path: Path) -> None:
+    """An interruption just after the folder was made: whoever asked for it does not have it yet."""
+    kept = Draft(tmp_path, "kept")
+    child = os.fork()
+    if not child:
+        del kept
+        os._exit(0)
+    assert os.waitpid(child, 0)[1] == 0
+    assert kept.path.is_dir()
+    path = kept.path
+    del kept
+    assert not path.exists()
+
+
 def test_only_folders_of_ended_processes_are_removed(tmp_path: Path) -> None:
     dead, host = ended(), socket.gethostname()
     head = "sinssim draft of process"
