@@ -75,7 +75,7 @@ def sound_runs(count: int) -> list[ActualConsistency]:
     return [actual_consistency(CLOCKWORK, *made(100, seed, p, gains)) for seed in range(count)]
 
 
-@pytest.mark.parametrize("count", [12, *slow(200)])
+@pytest.mark.parametrize("count", [20, *slow(200)])
 def test_the_band_is_that_of_the_means_of_many_runs(count: int) -> None:
     """Mean and variance of a run's NEES are what the filter itself says of them, for slow and for quick states."""
     values: dict[str, list[float]] = {}
