@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ import pytest
 from sinssim.data import Array, Measurements
 from sinssim.errors import InputError
 from sinssim.estimation import Block, ErrorModel
-from sinssim.estimation.measurement_epochs import take_in
+from sinssim.estimation.measurement_epochs import Branches, take_in
 
 MODEL = ErrorModel(tuple(Block(name, 1.0) for name in ("position", "velocity", "attitude")), 0.0, 0.0)
 IMU_TIME = np.arange(0.0, 10.001, 0.01)
@@ -254,3 +256,11 @@ def test_what_is_wrong_with_readings_is_said_with_its_numbers() -> None:
         "block 'm8 scale' has 1 states; measurements of 'm8' are of kind 'gnss-position', whose blocks of states are "
         "m8 bias (3), m8 delay (1)."
     )
+
+
+def test_a_branch_holds_what_arrives_before_its_end() -> None:
+    """Readings up to a microsecond before the end, and none at it."""
+    branches: Branches[Any] = Branches(SimpleNamespace(until=np.inf))
+    branches.waiting = [SimpleNamespace(until=5.0), SimpleNamespace(until=7.0)]
+    held = {arrival: [b.until for b in branches.holding(arrival)] for arrival in (4.9, 5.0 - 1e-7, 5.0, 6.9, 7.0)}
+    assert held == {4.9: [5.0, 7.0], 5.0 - 1e-7: [7.0], 5.0: [7.0], 6.9: [7.0], 7.0: []}
