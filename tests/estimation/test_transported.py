@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from sinssim.data import Array, Measurements, NavState
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.estimation import BLOCKS, Block, ErrorModel
-from sinssim.estimation.linearisation import Prediction, _dynamics, observe
+from sinssim.estimation.linearisation import Prediction, _dynamics, motion, observe
 from sinssim.sensors.aiding_registry import KINDS, measurement_kind
 from tests.oracles import integrator as oracle
 from tests.oracles.transported import geodetic, wrong_by
@@ -88,6 +88,18 @@ def test_the_attitude_half_way_is_in_the_axes_of_the_end() -> None:
     np.testing.assert_allclose(c_nb[0], end @ middle.T @ C_NB.as_matrix(), rtol=0, atol=1e-4)
     assert turn is not None
     np.testing.assert_allclose(turn[0], start @ end.T, rtol=0, atol=1e-4)
+
+
+def test_the_specific_force_holds_the_change_of_velocity() -> None:
+    """5, 5 and −2 m/s² more than at the mean velocity throughout."""
+    place = (np.full(2, 0.8), np.full(2, -2.0), np.full(2, 7000.0))
+    q = np.tile(C_NB.as_quat(scalar_first=True), (2, 1))
+    middle = NavState(*(part[:1] for part in place), np.array([[125.0, -75.0, 4.0]]), q[:1])
+    gathering, steady = (
+        motion(NavState(*place, np.array(v), q), middle, np.array([2.0]), RATE[None], "normal", WGS84, "transported")
+        for v in ([[120.0, -80.0, 6.0], [130.0, -70.0, 2.0]], [[125.0, -75.0, 4.0]] * 2)
+    )
+    np.testing.assert_allclose(gathering.force_n - steady.force_n, [[5.0, 5.0, -2.0]], rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize(("kind", "latitude"), CASES)
