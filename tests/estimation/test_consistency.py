@@ -401,3 +401,7 @@ def test_a_diverged_filter_is_not_consistent() -> None:
     report = consistency(estimate(run.imu, run.initial, [replace(place, value=value)], MODEL, rate_hz=2.0))
     assert not report.consistent
     assert any(text.startswith("The filter diverged at t = 101.00 s") for text in report.sentences)
+
+
+def test_without_a_sensor_nothing_speaks_against_the_filter() -> None:
+    assert consistency(SimpleNamespace(innovations=(), divergence=None)) == Consistency((), True, ())  # type: ignore[arg-type]
