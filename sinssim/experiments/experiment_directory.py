@@ -6,8 +6,10 @@ continued by computing the parts that are missing. The report is replaced as a w
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
+import re
 import shutil
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
@@ -33,6 +35,8 @@ from sinssim.system.outputs import (
 
 _NUMERIC = ("sinssim", "jsbsim", "numpy", "scipy", "numba", "filterpy")
 """Software whose versions must be the same throughout an experiment."""
+_LETTERS = 24
+"""Letters of a digest in the name of a part: two of 1000 parts share them with a probability of 1e-23."""
 
 
 class Kind(NamedTuple):
@@ -88,7 +92,8 @@ class Store(ABC):
             ours = self.all_files(self.path)
         if self.path.is_dir():
             check_inside(self.path, [IN_USE, MARK, f"{self.KIND.folder}/any", *ours])
-        made = [place for place in (self.path, *self.path.parents) if not place.exists()]
+        self._begun = not (taken and resume)
+        self._made = [place for place in (self.path, *self.path.parents) if not place.exists()]
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             self._lock = try_hold(self.path)
@@ -105,7 +110,10 @@ class Store(ABC):
         except OSError as error:
             self.close()
             if not taken:
-                self._leave_nothing(made)
+                with suppress(OSError):
+                    for entry in self.path.iterdir():  # of a folder that was empty, such as a file that is cut short
+                        shutil.rmtree(entry, ignore_errors=True) if entry.is_dir() else entry.unlink()
+                self._leave_nothing()
             raise InputError(
                 f"the directory {path} cannot be made: {error.strerror}. Give a folder that can be written with -o."
             ) from error
@@ -113,13 +121,15 @@ class Store(ABC):
             self.close()
             raise
 
-    def _leave_nothing(self, made: list[Path]) -> None:
-        """Remove what was written in a folder that was empty, and the folders that were made."""
+    def _leave_nothing(self) -> None:
+        """Remove what was begun, and the folders that were made; what else is there stays."""
         with suppress(OSError):
-            for entry in self.path.iterdir():
-                shutil.rmtree(entry, ignore_errors=True) if entry.is_dir() else entry.unlink()
-        for place in made:
-            with suppress(OSError):  # it may not exist
+            (self.path / self.KIND.manifest).unlink(missing_ok=True)
+            for name in self.KIND.files:
+                (self.path / name).unlink(missing_ok=True)
+            self.folder.rmdir()
+        for place in self._made:
+            with suppress(OSError):  # it may not exist, or not be empty
                 place.rmdir()
 
     @classmethod
@@ -158,6 +168,32 @@ class Store(ABC):
     def folder(self) -> Path:
         """Folder of the parts."""
         return self.path / self.KIND.folder
+
+    def part(self, digest: str) -> Path:
+        """Return the folder of a part, or without its ending its file, by the digest of what determines its numbers."""
+        return self.folder / digest[:_LETTERS]
+
+    def read_part(self, digest: str, say: Callable[[str], None]) -> dict[str, Any] | None:
+        """Return the numbers of a finished part; None without its file. A damaged file is named and removed."""
+        file = self.part(digest).with_suffix(".json")
+        if not file.exists():
+            return None
+        try:
+            contents = json.loads(file.read_text(encoding="utf-8"))
+            if contents["contents"] != digest_of(contents["numbers"]) or contents["digest"] != digest:
+                raise ValueError("its contents are not those that were written")
+            return dict(contents["numbers"])
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            say(f"{file} is damaged ({error}). It is computed again.")
+            with suppress(OSError):
+                file.unlink()
+            return None
+
+    def write_part(self, digest: str, numbers: dict[str, Any]) -> None:
+        """Keep the numbers of a finished part, as Python's JSON holds them, in a file."""
+        with self.writing(f"the {self.KIND.folder} of the {self.KIND.noun} could not be written to"):
+            text = json.dumps({"digest": digest, "contents": digest_of(numbers), "numbers": numbers})
+            write_text(self.part(digest).with_suffix(".json"), text + "\n")
 
     def free(self) -> float:
         """Return the free space of the disk, MB."""
@@ -200,8 +236,12 @@ class Store(ABC):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: object, *_: object) -> None:
+        """Unlock the directory; one that was begun in vain is removed, so that it is begun again without --resume."""
+        in_vain = kind is not None and self._begun and not self.computed(self.path) and written(self.path) is None
         self.close()
+        if in_vain:
+            self._leave_nothing()
 
     def close(self) -> None:
         """Unlock the directory."""
@@ -210,6 +250,16 @@ class Store(ABC):
                 (self.path / IN_USE).unlink(missing_ok=True)
             os.close(self._lock)
             self._lock = None
+
+
+def digest_of(contents: Any) -> str:
+    """Return the SHA-256 of what JSON can hold."""
+    return hashlib.sha256(json.dumps(contents, sort_keys=True).encode()).hexdigest()
+
+
+def is_part(name: str) -> bool:
+    """Return whether a file or folder has the name of a part."""
+    return re.fullmatch(rf"[0-9a-f]{{{_LETTERS}}}(\.json)?", name) is not None
 
 
 def written_files(path: Path, kind: Kind) -> list[str]:

@@ -128,7 +128,7 @@ def compare(
         study: the study, its file, or a name from `sinssim list studies`.
         directory: directory to write; by default nothing is written.
         overrides: settings "key=value" of a study's file, such as "axes.1.values=[1.0, 2.0]".
-        resume: whether a trade study in the directory is continued, or extended by further values of its axes.
+        resume: whether the study in the directory is continued, or extended by further parts or values of its axes.
         overwrite: whether a study in the directory is replaced.
         limit_minutes: expected duration above which the study is refused.
         threads: number of runs of a trade study's ensembles computed at a time; by default the number of cores.
@@ -152,14 +152,13 @@ def compare(
         )  # fmt: skip
     if not isinstance(plan, Study):
         raise InputError(f"study = {plan!r} must be a study, its file, or a name from `sinssim list studies`.")
-    for name, value in (("resume", resume), ("threads", threads is not None)):
-        if value:
-            raise InputError(
-                f"{name} (--{name}) belongs to trade studies, which have axes; the study {plan.name} compares "
-                "algorithms, and has parts. Run it again from the beginning."
-            )
+    if threads is not None:
+        raise InputError(
+            f"threads (--threads) belongs to trade studies, which have axes; the study {plan.name} compares "
+            "algorithms, two at a time."
+        )
     return compare_algorithms(
-        plan, directory, overwrite=overwrite, limit_minutes=limit_minutes, progress=progress, say=say
+        plan, directory, resume=resume, overwrite=overwrite, limit_minutes=limit_minutes, progress=progress, say=say
     )
 
 

@@ -14,6 +14,7 @@ import sinssim
 from sinssim.algorithms import ALGORITHMS
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.ensembles import run_seed
+from sinssim.experiments.studies.study_directory import digests
 from sinssim.experiments.study import load_study
 from sinssim.rotation import conjugate, multiply
 from sinssim.scenario import load_scenario
@@ -84,7 +85,17 @@ def test_a_study_with_an_own_algorithm(project: Path) -> None:
     study = project / "study.toml"
     part = '[[parts]]\ntitle = "Which one?"\nalgorithms = ["cay*", "quaternion"]\nrates_hz = [50.0]\n'
     study.write_text(f'use = ["."]\n{part}[[parts.motions]]\nscenario = "scenario.toml"\n', encoding="utf-8")
-    assert load_study(study).parts[0].algorithms == ("cayley", "quaternion")
+    plan = load_study(study)
+    part = plan.parts[0]
+    assert part.algorithms == ("cayley", "quaternion")
+    before = {case.algorithm: name for case, name in digests(plan, part, part.motions[0]).items()}
+    forget()
+    with (project / "algorithms" / "cayley.py").open("a", encoding="utf-8") as file:
+        file.write("# another one\n")
+    plan = load_study(study)
+    after = {case.algorithm: name for case, name in digests(plan, part, part.motions[0]).items()}
+    assert before["cayley"] != after["cayley"]  # what was navigated with the old code is navigated again
+    assert before["quaternion"] == after["quaternion"]
 
 
 def test_an_own_aiding_sensor(tmp_path: Path) -> None:

@@ -27,7 +27,6 @@ from sinssim.cli.options import (
 from sinssim.cli.terminal import (
     console,
     has_bars,
-    notes_of,
     print_json,
     print_places,
     print_result,
@@ -170,7 +169,7 @@ RequireOfCells = Annotated[
     ),
 ]
 ResumeStudy = Annotated[
-    bool, typer.Option("--resume", help="Continue a trade study, or extend it by further values of its axes.")
+    bool, typer.Option("--resume", help="Continue a study, or extend it by further parts, or values of its axes.")
 ]
 StudyThreads = Annotated[int | None, threads_option("parallel runs in the ensembles of a trade study")]
 LimitMinutes = Annotated[
@@ -197,14 +196,14 @@ def compare(
 
     A study with [[parts]] compares algorithms, and recommends engines. It writes a report (report.html,
     self-contained), all results (results.json, results.parquet), a recording for the view *comparison*
-    (recording.rrd), and the study with all default values (study.toml). After Ctrl-C, the report contains the finished
-    cases.
+    (recording.rrd), the study with all default values (study.toml) and the finished navigations (navigations/).
 
     A trade study has a scenario and [[axes]]: every combination of their values is a cell, a covariance budget or an
     ensemble of runs. It writes a report with figures (report.html; also as SVG and PNG), the tables
     (summary.md, results.json, results.parquet), a recording for the view *trade* (recording.rrd) and the finished cells
-    (cells/). After Ctrl-C, the finished cells and their report remain; --resume continues. With --vary, the study
-    needs no file: it is that of a scenario and these keys. See docs/trades.md.
+    (cells/). With --vary, the study needs no file: it is that of a scenario and these keys. See docs/trades.md.
+
+    After Ctrl-C, what has finished and its report remain; --resume continues.
 
     Examples:
 
@@ -217,15 +216,10 @@ def compare(
     directory = out or Path("runs") / plan.name
     from sinssim.experiments.study import compare
 
-    try:
-        result = compare(
-            plan, directory, resume=resume, overwrite=overwrite, limit_minutes=limit_minutes, threads=threads,
-            progress=has_bars(quiet), say=remarks(quiet),
-        )  # fmt: skip
-    except KeyboardInterrupt as interrupt:
-        if not notes_of(interrupt):
-            interrupt.add_note("No navigation had finished.")
-        raise
+    result = compare(
+        plan, directory, resume=resume, overwrite=overwrite, limit_minutes=limit_minutes, threads=threads,
+        progress=has_bars(quiet), say=remarks(quiet),
+    )  # fmt: skip
     if print_result(result, as_json=as_json, quiet=quiet, least_width=120):
         print_places(directory, (directory / "recording.rrd").exists())
 

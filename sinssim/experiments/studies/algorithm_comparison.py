@@ -1,15 +1,18 @@
 """Runs a comparison of algorithms, every one on identical samples, two at a time.
 
-The instants of its errors, errors in further coordinates, and finished cases, which an interruption keeps.
+The instants of its errors, and errors in further coordinates. Finished navigations are kept in the study's directory,
+so that an interrupted study can be continued.
 """
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import itertools
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -21,11 +24,12 @@ from sinssim.algorithms import REGISTRY
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.earth.transverse_route import route_pole
-from sinssim.errors import InputError, RunError, SinssimError
+from sinssim.errors import InputError, RunError
 from sinssim.experiments.run.run_streams import CoordinateStreams
 from sinssim.experiments.studies import attitude_cost, step_cost
 from sinssim.experiments.studies.attitude_claims import compare_headings
 from sinssim.experiments.studies.claims import decide, picks
+from sinssim.experiments.studies.study_directory import Navigated, Say, StudyDirectory, cases_of, digests
 from sinssim.experiments.studies.study_exhibits import StudyMedia, write_study
 from sinssim.experiments.studies.study_results import (
     Case,
@@ -56,7 +60,6 @@ from sinssim.system.process import machine_memory
 from sinssim.units import ARCSEC, UG
 
 if TYPE_CHECKING:
-    from sinssim.recording.result import RunDirectory
     from sinssim.sensors.sets.sensor_readings import Readings
     from sinssim.truth.trajectory import Trajectory
 
@@ -155,83 +158,77 @@ def _errors(columns: tuple[str, ...], true: Array, computed: Array) -> Iterator[
         yield column, (np.mod(error + np.pi, 2.0 * np.pi) - np.pi if column.endswith("_rad") else error)
 
 
-Navigated = tuple[Row, ErrorGrowth | None, list[CoordinateError]]
-
 _SAMPLE_SECONDS = 1.5e-6  # time to make one sample of the truth
 _CASE_SECONDS = 0.03  # time to check a sample, and to compare it with the truth
 _SAMPLE_BYTES = 300  # memory per sample at a block's highest rate, with the solutions in progress
 
 
-# Long: what is left of a study that stops is decided where it stops.
 def compare(
     study: Study,
     directory: Path | str | None = None,
     *,
+    resume: bool = False,
     overwrite: bool = False,
     limit_minutes: float = LIMIT_MINUTES,
     progress: Progress | bool | None = None,
-    say: Callable[[str], None] | None = None,
+    say: Say | None = None,
 ) -> StudyResult:
     """Run a study, decide its claims, and write its report.
 
-    A study that is interrupted or fails leaves a report of the finished cases; it never replaces an existing one. The
-    options are those of `sinssim.compare`.
+    An interrupted study keeps its finished navigations with a report of them, and can be continued. The options are
+    those of `sinssim.compare`.
     """
-    from sinssim.recording.result import RunDirectory
-
     check_limit(limit_minutes)
-    folder = None if directory is None else RunDirectory(Path(directory), overwrite=overwrite)
+    StudyDirectory.check_options(directory, resume=resume, overwrite=overwrite)
     comparison = StudyResult(study, media=StudyMedia())
     begin = time.perf_counter()
-    try:
+    with contextlib.ExitStack() as stack:
+        report = stack.enter_context(shown(progress))
+        folder = None
+        if directory is not None:
+            folder = stack.enter_context(StudyDirectory(Path(directory), study, resume=resume, overwrite=overwrite))
+            comparison.directory = folder.path
+        plan: list[_Block] = []
         try:
-            with shown(progress) as report:
-                _run(comparison, limit_minutes, report, say or (lambda text: None))
-                if folder is not None:
-                    report("Writing the report", 1.0)
-        except (KeyboardInterrupt, SinssimError) as stop:
-            comparison.status = "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed"
+            _run(comparison, plan, folder, limit_minutes, report, say or (lambda text: None))
             comparison.seconds = time.perf_counter() - begin
-            if folder is not None and comparison.rows:
-                place = _finish(comparison, folder, beside=comparison.status)
-                stop.add_note(f"{_navigations(comparison)} finished; the report is {place / 'report.html'}.")
-            raise
-        comparison.seconds = time.perf_counter() - begin
-        try:
+            report("Writing the report", 1.0)
             _finish(comparison, folder)
-        except KeyboardInterrupt as interrupt:  # the long work is done: write it anyway, unless interrupted again
+        except BaseException as stop:
+            if not comparison.seconds:
+                comparison.seconds = time.perf_counter() - begin
+                comparison.status = "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed"
             if folder is not None:
-                place = _finish(comparison, folder) if folder.path.exists() else folder.target
-                interrupt.add_note(f"{_navigations(comparison)} finished; the report is {place / 'report.html'}.")
+                _leave(comparison, plan, folder, stop)
             raise
-    except BaseException:
-        if folder is not None and folder.path.exists():
-            folder.discard()
-        raise
     return comparison
 
 
-def _navigations(comparison: StudyResult) -> str:
-    count = len(comparison.rows)
-    return "1 navigation was" if count == 1 else f"{count} navigations were"
+def _leave(comparison: StudyResult, plan: Sequence[_Block], folder: StudyDirectory, stop: BaseException) -> None:
+    """Write a report of the finished navigations of a study that stops early, and say what there is."""
+    finished, cases = sum(len(block.navigated) for block in plan), sum(block.part.cases for block in plan)
+    if not comparison.rows:
+        stop.add_note("No navigation had finished." if not finished else f"{finished} finished navigations are kept.")
+        return
+    folder.leave(stop, f"{finished} of {cases} navigations", lambda: _finish(comparison, folder))
 
 
-def _finish(comparison: StudyResult, folder: RunDirectory | None, beside: str = "") -> Path:
-    """Fit, decide, write, and move the directory into its place."""
+def _finish(comparison: StudyResult, folder: StudyDirectory | None) -> None:
+    """Fit, decide and write."""
     comparison.orders = [
         order for part in comparison.study.parts for order in fit_orders(comparison.of_part(part.title))
     ]
     comparison.verdicts = decide(comparison)
     comparison.picks = picks(comparison)
-    if folder is None:
-        return Path()
-    with folder.writing():
-        write_study(comparison, folder.path)
-        comparison.directory = folder.keep(beside=beside)
-        return comparison.directory
+    if folder is not None:
+        folder.keep(lambda place: write_study(comparison, place))
 
 
-def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say: Callable[[str], None]) -> None:
+def _run(
+    comparison: StudyResult, plan: list[_Block], folder: StudyDirectory | None, limit_minutes: float,
+    progress: Progress, say: Say,
+) -> None:  # fmt: skip
+    """Run what is not finished, and enter its blocks into the `plan` first."""
     study = comparison.study
     engines = list(dict.fromkeys(itertools.chain.from_iterable(map(_engines, study.parts))))
     expected = {id(m): expected_seconds(m) for part in study.parts for m in part.motions}  # also finds mistakes
@@ -239,6 +236,12 @@ def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say:
         _check_part(part)
         if motion.scenario is None or motion.duration_s is not None:  # a flight's duration is known after the flight
             _check_length(part, motion, expected[id(motion)])
+    for part, motion in _pairs(study):
+        plan.append(_Block(part, motion, folder))
+        if folder is not None:
+            plan[-1].digests = digests(study, part, motion)
+            kept = ((case, folder.read(case, digest, say)) for case, digest in plan[-1].digests.items())
+            plan[-1].navigated = {case: navigated for case, navigated in kept if navigated is not None}
     for number, (algorithm, frame, schedule) in enumerate(engines):
         progress(f"Timing {algorithm}", 0.0)
         comparison.costs[algorithm, frame, schedule] = step_cost.measure_cost(algorithm, frame, schedule)
@@ -247,18 +250,15 @@ def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say:
         progress(f"Timing the attitude of {algorithm}", 0.02)
         comparison.attitude_costs += attitude_cost.attitude_costs(algorithm)
     flown: set[tuple[str | None, tuple[str, ...]]] = set()
-    plan = []
-    for part, motion in _pairs(study):
-        seconds = _seconds(part, motion, expected[id(motion)], comparison.costs)
+    for block in plan:
+        motion, share = block.motion, block.open / block.part.cases
+        block.seconds = _seconds(block.part, motion, expected[id(motion)], comparison.costs) * share
         if (motion.scenario, motion.set) not in flown:
-            seconds += flight_wait(scenario_of(motion))
+            block.seconds += flight_wait(scenario_of(motion))
         flown.add((motion.scenario, motion.set))
-        plan.append(_Block(part, motion, seconds))
     total = sum(block.seconds for block in plan)
-    cases = sum(block.part.cases for block in plan)
-    steps = sum(
-        expected[id(b.motion)] * rate * b.part.cases / len(b.part.pace) for b in plan for rate, *_ in b.part.pace
-    )
+    cases = sum(block.open for block in plan)
+    steps = sum(expected[id(b.motion)] * rate * b.open / len(b.part.pace) for b in plan for rate, *_ in b.part.pace)
     navigations = "1 navigation" if cases == 1 else f"{cases} navigations"
     what, remedy = f"{navigations} of {steps / 1e6:.3g} million samples", "Compare fewer rates, algorithms or motions"
     check_duration(study.name, what, total, limit_minutes, remedy, say)
@@ -282,13 +282,27 @@ def _run(comparison: StudyResult, limit_minutes: float, progress: Progress, say:
         done += share
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Block:
-    """All cases of one part on one motion."""
+    """All cases of one part on one motion: those that are navigated, and the names of all in the study's directory."""
 
     part: Part
     motion: StudyMotion
-    seconds: float
+    folder: StudyDirectory | None
+    digests: dict[Case, str] = field(default_factory=dict)
+    navigated: dict[Case, Navigated] = field(default_factory=dict)
+    seconds: float = 0.0
+
+    @property
+    def open(self) -> int:
+        """Number of cases to be navigated."""
+        return self.part.cases - len(self.navigated)
+
+    def keep(self, case: Case, navigated: Navigated) -> None:
+        """Keep a finished case."""
+        if self.folder is not None:
+            self.folder.write(self.digests[case], navigated)
+        self.navigated[case] = navigated
 
 
 def _pairs(study: Study) -> Iterator[tuple[Part, StudyMotion]]:
@@ -350,54 +364,61 @@ def _threads() -> int:
 
 
 def _run_block(comparison: StudyResult, block: _Block, report: Progress) -> None:
-    from sinssim.sensors.sets.sensor_readings import Readings, read
-
-    part, motion, seed = block.part, block.motion, comparison.study.seed
+    part, motion = block.part, block.motion
     report(f"Motion: {motion.label}", 0.0)
     trajectory = trajectory_of(motion)
     _check_length(part, motion, trajectory.end - trajectory.start)
-    ideal = trajectory.increments(part.highest_hz)
     comparison.motions[part.title, motion.label] = motion_facts(motion, trajectory)
-    truth = _Truth(trajectory, ideal.time)
-    if "euler-heading" in part.decides:
-        ratios = {rate: round(part.highest_hz / rate) for rate in part.rates_hz}
-        comparison.headings += compare_headings(part.title, motion.label, trajectory, ideal, ratios)
-    count, finished = part.cases, 0
-    for grade, variant in itertools.product(part.sensors, part.variants):
-        section = with_set(comparison.study.block(grade), variant, part.highest_hz)
-        _, readings = read(trajectory, ideal, section, seed)
-        cases = []
-        for rate, schedule, slow in part.pace:
-            slower = readings.at(round(part.highest_hz / rate))
-            for algorithm, frame, gravity, curvature, ellipsoid in part.engines:
-                case = Case(
-                    part.title, motion.label, variant, grade, algorithm, frame, gravity, curvature, rate,
-                    schedule or (), slow, ellipsoid,
-                )  # fmt: skip
-                cases.append((case, slower))
-        navigated: dict[Case, Navigated] = {}
+    try:
+        if block.open or "euler-heading" in part.decides:
+            ideal = trajectory.increments(part.highest_hz)
+        if "euler-heading" in part.decides:
+            ratios = {rate: round(part.highest_hz / rate) for rate in part.rates_hz}
+            comparison.headings += compare_headings(part.title, motion.label, trajectory, ideal, ratios)
+        if block.open:
+            _navigate_block(comparison, block, _Truth(trajectory, ideal.time), ideal, report)
+    finally:
+        for case in (case for case in cases_of(part, motion) if case in block.navigated):
+            row, history, in_coordinates = block.navigated[case]
+            comparison.rows.append(replace(row, **_costs(case, comparison)))
+            comparison.coordinate_errors += in_coordinates
+            if history is not None:
+                comparison.histories[case] = history
+    order = {part.title: number for number, part in enumerate(comparison.study.parts)}
+    comparison.rows.sort(key=lambda row: order[row.part])
 
-        def keep(task: tuple[Case, Readings], result: Navigated, navigated: dict[Case, Navigated] = navigated) -> None:
-            nonlocal finished
-            navigated[task[0]] = result
-            finished += 1
-            report(f"{motion.label}: {task[0].algorithm}", finished / count)
+
+def _navigate_block(comparison: StudyResult, block: _Block, truth: _Truth, ideal: ImuData, report: Progress) -> None:
+    """Run the cases of a block that are not finished, those of the same sensors together."""
+    from sinssim.sensors.sets.sensor_readings import Readings, read
+
+    part, study = block.part, comparison.study
+    todo = [case for case in cases_of(part, block.motion) if case not in block.navigated]
+    count, finished = len(todo), itertools.count(1)
+    for (grade, variant), cases in itertools.groupby(todo, lambda case: (case.sensors, case.variant)):
+        _, readings = read(truth.trajectory, ideal, with_set(study.block(grade), variant, part.highest_hz), study.seed)
+        slower = functools.cache(lambda rate, readings=readings: readings.at(round(part.highest_hz / rate)))
+
+        def keep(task: tuple[Case, Readings], navigated: Navigated) -> None:
+            block.keep(task[0], navigated)
+            report(f"{block.motion.label}: {task[0].algorithm}", next(finished) / count)
 
         threads = Threads[tuple[Case, Readings]](
             _threads(), lambda stop: lambda task, part_of_it: _navigate(*task, part, truth, comparison)
         )
-        try:
-            with threads:
-                work_through(cases, threads, keep)
-        finally:
-            for case in (case for case, _ in cases if case in navigated):
-                row, history, in_coordinates = navigated[case]
-                comparison.rows.append(row)
-                comparison.coordinate_errors += in_coordinates
-                if history is not None:
-                    comparison.histories[case] = history
-    order = {part.title: number for number, part in enumerate(comparison.study.parts)}
-    comparison.rows.sort(key=lambda row: order[row.part])
+        with threads:
+            work_through([(case, slower(case.rate_hz)) for case in cases], threads, keep)
+
+
+def _costs(case: Case, comparison: StudyResult) -> dict[str, Any]:
+    """Return the costs of a case per sample, as measured in this process, by attribute of its row."""
+    step = comparison.costs[case.algorithm, case.frame, case.schedule_hz]
+    costs = {"ns_per_step": step.ns_per_step, "operations_per_step": step.operations.total}
+    for alone in comparison.attitude_costs:
+        if alone.algorithm == case.algorithm and not alone.by_functions:
+            costs["attitude_ns_per_step"] = alone.ns_per_step
+            costs["attitude_operations_per_step"] = alone.operations.total
+    return costs
 
 
 class _Truth:
@@ -422,18 +443,12 @@ def _navigate(case: Case, readings: Readings, part: Part, truth: _Truth, compari
     from sinssim.units import ARCSEC
 
     imu = readings.imu
-    step = comparison.costs[case.algorithm, case.frame, case.schedule_hz]
     about: dict[str, Any] = {
         **asdict(case),
+        **_costs(case, comparison),
         "samples": len(imu),
         "duration_s": float(imu.time[-1] - imu.time[0]),
-        "ns_per_step": step.ns_per_step,
-        "operations_per_step": step.operations.total,
     }
-    for alone in comparison.attitude_costs:
-        if alone.algorithm == case.algorithm and not alone.by_functions:
-            about["attitude_ns_per_step"] = alone.ns_per_step
-            about["attitude_operations_per_step"] = alone.operations.total
     trajectory = truth.trajectory
     height = None if part.vertical == "free" else truth.reference(imu)
     try:
@@ -449,7 +464,7 @@ def _navigate(case: Case, readings: Readings, part: Part, truth: _Truth, compari
         )
         solution = navigate_set(readings.imu, readings.attitude, truth.initial, mechanization, height)
     except RunError as failure:
-        return Row(**about, status="failed", message=str(failure)), None, []
+        return Navigated(Row(**about, status="failed", message=str(failure)), None, [])
     except InputError as mistake:
         raise InputError(
             f"part {case.part!r}, motion {case.motion}, {case.algorithm} in the frame {case.frame} at {case.pace} Hz: "
@@ -469,4 +484,4 @@ def _navigate(case: Case, readings: Readings, part: Part, truth: _Truth, compari
         message=" ".join(event.text for event in solution.events),
     )
     growth = ErrorGrowth(error.time[shown], error.horizontal[shown], error.angle[shown] / ARCSEC)
-    return row, growth, coordinate_errors(case, part.coordinates, true, thin, trajectory.ellipsoid)
+    return Navigated(row, growth, coordinate_errors(case, part.coordinates, true, thin, trajectory.ellipsoid))

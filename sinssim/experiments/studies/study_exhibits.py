@@ -20,11 +20,12 @@ from sinssim.experiments.studies import study_charts as charts
 from sinssim.experiments.studies.attitude_claims import guarantee
 from sinssim.experiments.studies.step_cost import Operations
 from sinssim.experiments.studies.study_charts import Label, labeller, over_rates, varying
+from sinssim.experiments.studies.study_directory import StudyDirectory
 from sinssim.experiments.studies.study_results import DEFECT, ERRORS, Case, Pick, Row, StudyResult, Verdict
 from sinssim.experiments.studies.study_schema import Part
 from sinssim.formatting import capital, number_text, percent
 from sinssim.recording.diagrams import three_rates
-from sinssim.recording.result import Media, plain, software, versions, write_directory, write_json, write_shown
+from sinssim.recording.result import Media, plain, software, versions, write_json, write_shown
 from sinssim.recording.streams import write_table
 from sinssim.scenario.tables import COORDINATES
 from sinssim.system.outputs import write_text
@@ -496,4 +497,7 @@ class StudyMedia(Media[StudyResult]):
         return super().figure(result)
 
     def save(self, result: StudyResult, directory: Path, *, overwrite: bool) -> Path:
-        return write_directory(directory, lambda folder: write_study(result, folder), overwrite=overwrite)
+        with StudyDirectory(directory, result.study, overwrite=overwrite) as folder:
+            folder.write_all(result)
+            folder.keep(lambda place: write_study(result, place))
+            return folder.path

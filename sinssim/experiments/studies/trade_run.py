@@ -10,10 +10,8 @@ has.
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import asdict, replace
 from pathlib import Path
 from time import perf_counter
@@ -26,7 +24,7 @@ from sinssim.exhibits import Exhibits
 from sinssim.experiments.ensembles.ensemble_directory import EnsembleDirectory
 from sinssim.experiments.ensembles.ensemble_plan import contents_of, truth_key
 from sinssim.experiments.ensembles.ensemble_run import Workers, stored_runs
-from sinssim.experiments.experiment_directory import Kind, Store, other_scenario, other_software, software
+from sinssim.experiments.experiment_directory import Kind, Store, is_part, other_scenario, other_software, software
 from sinssim.experiments.studies.trade_cells import Cell, CellNumbers, cells_of, of_budget, of_ensemble
 from sinssim.experiments.studies.trade_exhibits import curves, exhibits_of, to_json, write_trade
 from sinssim.experiments.studies.trade_result import TradeResult
@@ -38,15 +36,13 @@ from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.planned_limits import check_times, warn_of_limits
 from sinssim.statistics.requirement_verdict import VerdictInUnit
-from sinssim.system.outputs import MARK, Draft, remove, write_text
+from sinssim.system.outputs import MARK, Draft, remove
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
     from sinssim.simulation.truth_and_sensors import Truth
 
 MANIFEST = "trade.json"
-_LETTERS = 24
-"""Letters of a digest in the name of a cell: two of 1000 cells share them with a probability of 1e-23."""
 _ENSEMBLE = EnsembleDirectory.KIND.manifest
 
 
@@ -81,46 +77,18 @@ class TradeDirectory(Store):
     def computed(cls, path: Path) -> list[str]:
         names = []
         for cell in (path / "cells").glob("*"):
-            if cell.suffix == ".json" and len(cell.stem) == _LETTERS:
+            if not is_part(cell.name):
+                continue
+            if cell.suffix:
                 names.append(f"cells/{cell.name}")
-            elif len(cell.name) == _LETTERS and (cell.is_symlink() or (cell / _ENSEMBLE).is_file()):
+            elif cell.is_symlink() or (cell / _ENSEMBLE).is_file():
                 inside = [] if cell.is_symlink() else [f"/{name}" for name in _files_of(cell)]
                 names += [f"cells/{cell.name}{name}" for name in inside or [""]]
         return names
 
-    def cell(self, digest: str) -> Path:
-        """Return the folder of an ensemble, or without its ending the file of a budget, by the digest of its cell."""
-        return self.folder / digest[:_LETTERS]
-
-    def read(self, digest: str, say: Callable[[str], None]) -> CellNumbers | None:
-        """Return the numbers of a finished budget; a damaged file is named and removed.
-
-        Returns:
-            The numbers; None if there are none.
-        """
-        file = self.cell(digest).with_suffix(".json")
-        if not file.exists():
-            return None
-        try:
-            contents = json.loads(file.read_text(encoding="utf-8"))
-            if contents["contents"] != _digest(contents["numbers"]) or contents["digest"] != digest:
-                raise ValueError("its contents are not those that were written")
-            return _numbers(contents["numbers"])
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            say(f"{file} is damaged ({error}). Its cell is computed again.")
-            with suppress(OSError):
-                file.unlink()
-            return None
-
-    def write(self, digest: str, numbers: CellNumbers) -> None:
-        """Keep the numbers of a finished budget."""
-        contents = _contents(numbers)
-        text = json.dumps({"digest": digest, "contents": _digest(contents), "numbers": contents}, allow_nan=False)
-        write_text(self.cell(digest).with_suffix(".json"), text + "\n")
-
     def ensemble(self, digest: str, say: Callable[[str], None]) -> Path:
         """Return the folder of an ensemble; one whose manifest is damaged is named and removed."""
-        folder = self.cell(digest)
+        folder = self.part(digest)
         if folder.is_dir():
             try:
                 json.loads((folder / _ENSEMBLE).read_text(encoding="utf-8"))["digest"]
@@ -154,10 +122,6 @@ def _numbers(contents: dict[str, Any]) -> CellNumbers:
     values = {name: known(value) for name, value in contents["values"].items()}
     time, cep, r95 = (np.array([known(v) for v in contents[name]]) for name in ("time", "cep", "r95"))
     return CellNumbers(values, verdicts, time, cep, r95, tuple(contents["notes"]))
-
-
-def _digest(contents: dict[str, Any]) -> str:
-    return hashlib.sha256(json.dumps(contents, sort_keys=True).encode()).hexdigest()
 
 
 Say = Callable[[str], None]
@@ -254,8 +218,8 @@ class _Work:
         """Read the budgets in the directory whose numbers are not known."""
         if self.result.study.cell == "budget":
             for digest in dict.fromkeys(cell.digest for cell in self._unknown()):
-                if (numbers := self._folder.read(digest, self.say)) is not None:
-                    self._enter(digest, numbers=numbers)
+                if (kept := self._folder.read_part(digest, self.say)) is not None:
+                    self._enter(digest, numbers=_numbers(kept))
 
     def _enter(self, digest: str, **what: Any) -> None:
         """Enter what became of the cells of a digest."""
@@ -296,8 +260,7 @@ class _Work:
             progress=lambda stage, part: watch.inside(part if stage == "budget" else 0.0),
         )  # fmt: skip
         numbers = of_budget(study, result)
-        with self._folder.writing("the cells of the study could not be written to"):
-            self._folder.write(cell.digest, numbers)
+        self._folder.write_part(cell.digest, _contents(numbers))
         return numbers
 
     def _ensemble(self, cell: Cell, watch: Watch) -> CellNumbers:
@@ -327,7 +290,7 @@ def _runs(scenario: Scenario, study: TradeStudy) -> int:
 def _leave(folder: TradeDirectory, result: TradeResult, stop: BaseException) -> None:
     """Write a report of the finished cells of a study that stops early, and say what there is."""
     if not result.finished:
-        stop.add_note("No cell had finished; --resume continues.")
+        stop.add_note("No cell had finished.")
         return
     folder.leave(stop, f"{result.finished} of {len(result)} cells", lambda: _write(folder, result))
 
@@ -362,6 +325,6 @@ class TradeMedia(Media[TradeResult]):
         with TradeDirectory(directory, result.study, overwrite=overwrite) as folder:
             for cell in result.cells:
                 if cell.numbers is not None and result.study.cell == "budget":
-                    folder.write(cell.digest, cell.numbers)
+                    folder.write_part(cell.digest, _contents(cell.numbers))
             _write(folder, result)
             return folder.path

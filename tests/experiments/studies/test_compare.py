@@ -226,6 +226,7 @@ def written(tmp_path_factory: pytest.TempPathFactory, hardly_counted: None) -> P
 def test_files(written):
     assert {p.name for p in written.iterdir()} == {
         ".sinssim.json", "report.html", "results.json", "results.parquet", "recording.rrd", "study.toml",
+        "comparison.json", "navigations",
     }  # fmt: skip
     assert load_study(written / "study.toml").parts[0].title == "rates <&>"
 
@@ -275,7 +276,7 @@ def test_recording_is_valid_and_shows_the_comparison(written):
 
 
 def test_a_directory_is_not_replaced_unasked(written):
-    with pytest.raises(InputError, match="contains a"):
+    with pytest.raises(InputError, match="already holds a study"):
         compare(study(), written)
 
 
@@ -292,7 +293,7 @@ def test_interrupted_keeps_what_is_done(tmp_path, monkeypatch):
     two = study(algorithms=("quaternion",), motions=({"parked": PARKED}, {"motion": CONE}))
     with pytest.raises(KeyboardInterrupt) as interrupt:
         compare(two, tmp_path / "s")
-    assert "3 navigations were finished" in interrupt.value.__notes__[0]
+    assert "3 of 6 navigations are finished" in interrupt.value.__notes__[0]
     results = json.loads((tmp_path / "s" / "results.json").read_text(encoding="utf-8"))
     assert results["status"] == "interrupted"
     assert {case["motion"] for case in results["cases"]} == {"parked"}
@@ -333,7 +334,7 @@ def test_interrupted_while_it_is_written_it_is_written_all_the_same(tmp_path, mo
     monkeypatch.setattr(record, "write_study", interrupted_once)
     with pytest.raises(KeyboardInterrupt) as interrupt:
         compare(study(algorithms=("quaternion",)), tmp_path / "s")
-    assert "3 navigations were finished" in interrupt.value.__notes__[0]
+    assert "3 of 3 navigations are finished" in interrupt.value.__notes__[0]
     assert json.loads((tmp_path / "s" / "results.json").read_text(encoding="utf-8"))["status"] == "finished"
     assert [p.name for p in tmp_path.iterdir()] == ["s"]
 
@@ -343,7 +344,7 @@ def test_a_failure_keeps_what_is_done(tmp_path):
     short = {"name": "late", "scenario": "parked", "duration_s": 1e5}
     with pytest.raises(InputError, match="less than its duration_s") as failure:
         compare(study(algorithms=("quaternion",), motions=({"parked": PARKED}, short)), tmp_path / "s")
-    assert "3 navigations were finished" in failure.value.__notes__[0]
+    assert "3 of 6 navigations are finished" in failure.value.__notes__[0]
     results = json.loads((tmp_path / "s" / "results.json").read_text(encoding="utf-8"))
     assert results["status"] == "failed"
     assert "The study failed" in (tmp_path / "s" / "report.html").read_text(encoding="utf-8")

@@ -12,7 +12,7 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.experiments.studies.trade_cells import CellNumbers
-from sinssim.experiments.studies.trade_run import MANIFEST, TradeDirectory
+from sinssim.experiments.studies.trade_run import MANIFEST, TradeDirectory, _contents, _numbers
 from sinssim.statistics.requirement_verdict import VerdictInUnit
 from tests.experiments.studies.trade_examples import study
 
@@ -34,16 +34,17 @@ def begin(folder: Path, place: Path, resume: bool = False, overwrite: bool = Fal
 
 def test_numbers_keep_every_bit(tmp_path: Path) -> None:
     there = begin(tmp_path, tmp_path / "out")
-    there.write(DIGEST, NUMBERS)
-    found = there.read(DIGEST, pytest.fail)
-    there.close()
-    assert found is not None
+    there.write_part(DIGEST, _contents(NUMBERS))
+    kept = there.read_part(DIGEST, pytest.fail)
+    assert kept is not None
+    found = _numbers(kept)
     assert repr(found.values) == repr(NUMBERS.values)
     assert repr(found.verdicts) == repr(NUMBERS.verdicts)
     assert found.notes == NUMBERS.notes
     for name in ("time", "cep", "r95"):
         np.testing.assert_array_equal(getattr(found, name), getattr(NUMBERS, name))
-    assert there.read("f" * 64, pytest.fail) is None
+    assert there.read_part("f" * 64, pytest.fail) is None
+    there.close()
 
 
 @pytest.mark.parametrize("exists", [False, True])
@@ -65,10 +66,10 @@ def test_a_full_disk_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 def test_a_file_of_another_cell(tmp_path: Path) -> None:
     """A file that was renamed is not taken for another cell."""
     there = begin(tmp_path, tmp_path / "out")
-    there.write(DIGEST, NUMBERS)
-    there.cell(DIGEST).with_suffix(".json").rename(there.cell("f" * 64).with_suffix(".json"))
+    there.write_part(DIGEST, _contents(NUMBERS))
+    there.part(DIGEST).with_suffix(".json").rename(there.part("f" * 64).with_suffix(".json"))
     said: list[str] = []
-    assert there.read("f" * 64, said.append) is None
+    assert there.read_part("f" * 64, said.append) is None
     there.close()
     assert "is damaged" in said[0]
 
@@ -114,7 +115,7 @@ def test_other_folders_are_refused(tmp_path: Path) -> None:
 def test_overwriting_leaves_other_files(tmp_path: Path) -> None:
     place = tmp_path / "out"
     there = begin(tmp_path, place)
-    there.write(DIGEST, NUMBERS)
+    there.write_part(DIGEST, _contents(NUMBERS))
     there.keep(lambda folder: (folder / "summary.md").write_text("old", encoding="utf-8"))
     there.close()
     (place / "mine.txt").write_text("mine", encoding="utf-8")

@@ -91,7 +91,7 @@ def test_what_is_said_of_an_interrupted_study(tmp_path: Path, monkeypatch: pytes
                               f"Their report is {tmp_path / 'there' / 'report.html'}."]  # fmt: skip
     nothing = RunError("it fell")
     running._leave(folder, Result(finished=0), nothing)
-    assert nothing.__notes__ == ["No cell had finished; --resume continues."]
+    assert nothing.__notes__ == ["No cell had finished."]
 
 
 def test_numbers_come_back_in_their_places() -> None:
