@@ -14,6 +14,7 @@ VENV    ?= .venv
 BIN     := $(VENV)/bin
 READY   := $(VENV)/sinssim-ready
 KERNELS := $(VENV)/sinssim-kernels
+STUDIES := $(VENV)/sinssim-kernels-of-studies
 PYINS   := .venv-pyins
 CODE    := $(shell find sinssim -name '*.py')
 
@@ -31,10 +32,10 @@ demo: $(KERNELS)
 # tests start load the package from its bytecode.
 test: export OPENBLAS_NUM_THREADS = 1
 test test-slow: export PYTHONDONTWRITEBYTECODE =
-test: $(KERNELS)
+test: $(STUDIES)
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
-test-slow: $(KERNELS)
+test-slow: $(STUDIES)
 	$(BIN)/python -m pytest -m slow
 
 # Both filters on the same readings: pyins' takes a minute or two for each run of 26 minutes.
@@ -72,7 +73,7 @@ site: $(READY)
 	.venv-docs/bin/mkdocs build --strict
 	@echo "Open build/site/index.html"
 
-setup: $(KERNELS)
+setup: $(STUDIES)
 
 clean:
 	rm -rf runs build dist .pytest_cache .mypy_cache .ruff_cache
@@ -99,8 +100,13 @@ $(PYINS)/sinssim-ready: requirements.lock pyproject.toml
 	@$(PYINS)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@touch $@
 
-# The kernels are compiled here once, so that no run has to wait for it.
+# The kernels are compiled here once, so that no run has to wait for it; those of every algorithm for tests alone.
 $(KERNELS): $(READY) $(CODE)
 	@echo "Compiling the kernels (once) ..."
 	@$(BIN)/python -m sinssim.cli.precompile
+	@touch $@
+
+$(STUDIES): $(KERNELS)
+	@echo "Compiling the kernels of ensembles and studies (once) ..."
+	@$(BIN)/python -m sinssim.cli.precompile --studies
 	@touch $@

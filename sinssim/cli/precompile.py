@@ -1,23 +1,37 @@
 """Compiles the kernels of the shipped scenarios by using each once: `python -m sinssim.cli.precompile`.
 
-All other kernels are compiled when first used, in a second or two each: those of the other attitude algorithms and
-frames, and of studies. The progress bars show it.
+With `--studies` it compiles those of ensembles and studies: of every attitude algorithm and frame. All other kernels
+are compiled when first used, in a second or two each. The progress bars show it.
 """
 
 from __future__ import annotations
 
 import multiprocessing
+import sys
+from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 from sinssim import earth
+from sinssim.algorithms import ALGORITHMS, MEASURED_ATTITUDE
 from sinssim.alignment.disturbed_base import inertial_curve
 from sinssim.analyses.calibration.turntable_calibration import calibrate
 from sinssim.analyses.error_budget.covariance_budget import budget
-from sinssim.content import package_content
+from sinssim.content import list_content, package_content
+from sinssim.experiments.ensembles.batch_navigation import navigate_batch
 from sinssim.experiments.run.execute import rehearse, run
+from sinssim.experiments.studies.step_cost import DATA_HZ, timed_data
+from sinssim.experiments.studies.study_schema import Study
+from sinssim.experiments.study import load_study
+from sinssim.frames import CURVATURES
 from sinssim.scenario import Scenario, filter_model, load_scenario
+from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.sets.sensor_readings import draw_true_errors
 from sinssim.sensors.sets.sensor_set import Redundant
+from sinssim.strapdown.mechanization import Mechanization
+from sinssim.strapdown.navigate import navigate
 from sinssim.system.outputs import Draft
 from sinssim.truth.curve import Curve
 
@@ -67,21 +81,57 @@ def second_half() -> None:
     run(_PARKED.model_copy(update={"imu": _PARKED.imu.model_copy(update={"sensor_set": redundant})}))
 
 
-def main() -> None:
-    """Use every kernel of the shipped scenarios."""
-    first_half()
-    second_half()
+def batch() -> None:
+    """Navigate a batch of an ensemble with every error of a laser unit in its height loop: the largest kernel."""
+    imu, start = timed_data()
+    unit = Imu(
+        grade="laser-standard", gyro_instability_deg_h=0.003, accel_instability_ug=5.0, gyro_quantum_arcsec=0.5,
+        accel_quantum_mm_s=1.0,
+    )  # fmt: skip
+    errors = draw_true_errors(unit).imu
+    height = np.full(len(imu.time), float(start.height))
+    navigate_batch(imu, start, [errors], [0], [len(imu)], Mechanization(vertical="baro-loop"), height=height)
 
 
-def in_two_processes() -> None:
-    """Use every kernel of the shipped scenarios, half of them in another process: a process compiles one at a time."""
-    other = multiprocessing.get_context("spawn").Process(target=second_half)
+def engines(place: int) -> None:
+    """Navigate on the data of a timing by every second of the engines, from a `place` in their list.
+
+    They are every algorithm in a frame of each kind, quaternions with each kind of radii, and the schedules of the
+    shipped studies.
+    """
+    studies = [study for name in list_content("studies") if isinstance(study := load_study(name), Study)]
+    scheduled = [part for study in studies for part in study.parts if part.schedules_hz]
+    used: list[dict[str, Any]] = [
+        *({"algorithm": algorithm, "frame": frame}
+          for algorithm in ALGORITHMS if algorithm not in ("platform", MEASURED_ATTITUDE)
+          for frame in ("level", "wander", "inertial")),
+        *({"frame": frame, "curvature": curvature} for curvature in CURVATURES for frame in ("level", "wander")),
+        *({"algorithm": algorithm, "frame": frame, "rates_hz": (DATA_HZ, DATA_HZ / 2.0, DATA_HZ / 10.0)}
+          for part in scheduled for algorithm, frame, *_ in part.engines),
+    ]  # fmt: skip
+    imu, start = timed_data()
+    for options in used[place::2]:
+        navigate(imu, start, Mechanization(**options))
+
+
+def second_batch() -> None:
+    """Use the kernels of a batch and of the second half of the engines."""
+    batch()
+    engines(1)
+
+
+def in_two_processes(first: Callable[[], None], second: Callable[[], None]) -> None:
+    """Call two functions, the second one in another process: a process compiles one kernel at a time."""
+    other = multiprocessing.get_context("spawn").Process(target=second)
     other.start()
-    first_half()
+    first()
     other.join()
     if other.exitcode:
         raise SystemExit(1)
 
 
 if __name__ == "__main__":
-    in_two_processes()
+    if "--studies" in sys.argv[1:]:
+        in_two_processes(partial(engines, 0), second_batch)
+    else:
+        in_two_processes(first_half, second_half)

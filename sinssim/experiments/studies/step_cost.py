@@ -249,7 +249,7 @@ def count(
     return operations, tuple(map(_value, result)) if isinstance(result, tuple) else _value(result)
 
 
-_DATA_HZ = 100.0
+DATA_HZ = 100.0
 _TIMED_SAMPLES = 24_000
 _REPETITIONS = 9
 _COUNTED_SAMPLES = 240
@@ -285,8 +285,8 @@ def _data(samples: int) -> tuple[ImuData, NavState]:
     from sinssim.truth.motions.coning_and_rocking import SpinCone
 
     motion = SpinCone(10.0 * units.DEG, 0.3, 0.1)
-    trajectory = OnEarth(motion, 45.0 * units.DEG, 0.0, 1000.0, (1.0, 0.0, 0.0, 0.0), (samples + 0.5) / _DATA_HZ)
-    return trajectory.increments(_DATA_HZ), trajectory.state(trajectory.start)
+    trajectory = OnEarth(motion, 45.0 * units.DEG, 0.0, 1000.0, (1.0, 0.0, 0.0, 0.0), (samples + 0.5) / DATA_HZ)
+    return trajectory.increments(DATA_HZ), trajectory.state(trajectory.start)
 
 
 def timed_data() -> tuple[ImuData, NavState]:
@@ -322,7 +322,7 @@ def _options(ratios: tuple[int, ...]) -> dict[str, Any]:
     """
     if not ratios:
         return {}
-    return {"rates_hz": (_DATA_HZ, _DATA_HZ / ratios[0], _DATA_HZ / (ratios[0] * ratios[1]))}
+    return {"rates_hz": (DATA_HZ, DATA_HZ / ratios[0], DATA_HZ / (ratios[0] * ratios[1]))}
 
 
 def measure_time(
