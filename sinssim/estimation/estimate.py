@@ -254,7 +254,7 @@ def _estimate(
     give_back_memory()  # what was in between is as large as a quarter of the filter's record
     around = Surroundings(
         model, driving_noise(model), epochs, readings, MeanGyroRates(imu), mechanization.gravity, mechanization.earth,
-        added=how.added_noise, long_rows=len(engine.time) - 1 < len(imu), encoders=how.encoders,
+        long_rows=len(engine.time) - 1 < len(imu), added=how.added_noise, encoders=how.encoders,
     )  # fmt: skip
     covariance = _initial_covariance(model, how.covariance)
     loop = Loop(around, engine, covariance, how.gate, how.smooth or how.history, how.row_s)

@@ -266,9 +266,8 @@ class Surroundings:
     gyros: MeanGyroRates  # source of mean rates
     gravity: str  # name of the engine's gravity model
     ellipsoid: Ellipsoid  # reference ellipsoid
+    long_rows: bool  # whether a row of the engine has several samples: between rows the attitude follows the gyros
     added: AddedNoise | None = None  # noise of the inertial sensors in addition to the model's; None for none
-    long_rows: bool = False
-    """Whether a row of the engine has several samples; between rows the attitude then follows the gyros."""
     encoders: Encoders | None = None
     """Of a block that turns in the vehicle, whose readings are those of the vehicle; None for another."""
 

@@ -47,7 +47,7 @@ def line(initial: NavState, offset: float, delay: float) -> Linearisation:
     """Return the linearisation about navigation from a state, with these compensated delays."""
     imu, _, given = world()
     readings, epochs = take_in(given, MODEL, imu.time, 10.0)
-    around = Surroundings(MODEL, driving_noise(MODEL), epochs, readings, MeanGyroRates(imu), "normal", WGS84)
+    around = Surroundings(MODEL, driving_noise(MODEL), epochs, readings, MeanGyroRates(imu), "normal", WGS84, False)
     known = {block.name: np.zeros(block.size) for block in MODEL.blocks[3:]}
     known |= {"gnss time offset": np.array([offset]), "gnss-velocity delay": np.array([delay])}
     nominal = navigate(imu, initial)

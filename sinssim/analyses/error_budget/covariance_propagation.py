@@ -121,7 +121,7 @@ class Consider:
         self._encoders = encoders_of(motion.trajectory, None, motion.ideal.time)
         self._around = Surroundings(
             filter_run.model, driving_noise(filter_run.model), self._epochs, self._readings, motion.rates,
-            motion.gravity, motion.trajectory.ellipsoid, encoders=self._encoders,
+            motion.gravity, motion.trajectory.ellipsoid, long_rows=False, encoders=self._encoders,
         )  # fmt: skip
         self._truth = ErrorModel(
             (

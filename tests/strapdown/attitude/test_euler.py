@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
-from sinssim.strapdown.attitude.euler import _rates_k, step_k
+from sinssim.rotation import multiply, rotation_vector_from_quaternion
+from sinssim.strapdown.attitude.euler import _rates_k, quaternion_k, start_k, step_k
 from sinssim.strapdown.coning_sculling import BodyTurn, FrameTurn
 
 STILL = FrameTurn(*[0.0] * 12)
@@ -34,3 +36,22 @@ def test_the_cosine_of_pitch_never_vanishes(cosine: float, taken: float) -> None
     np.testing.assert_allclose(
         _rates_k(sr, cr, sp, cosine, x, y, z), [x + sp * turn, y * cr - z * sr, turn], rtol=1e-14
     )
+
+
+def test_a_body_that_speeds_up_in_a_frame_that_turns() -> None:
+    """A rate a1 + a2 s + a3 s², s from −½ to ½, and a frame at 2° a step: the kinematic equation of quaternions."""
+    a1, a2, a3 = (np.array(a) for a in ((0.003, -0.006, 0.009), (0.002, 0.003, -0.001), (0.002, -0.0016, 0.002)))
+    frame, start = np.array([0.02, -0.014, 0.024]), np.array([0.9, 0.1, -0.3, 0.3])
+
+    def turned(begin: np.ndarray, u: np.ndarray) -> np.ndarray:
+        def rate(s: float, q: np.ndarray) -> np.ndarray:
+            body = np.array([0.0, *(a1 + a2 * s + a3 * s * s)])
+            return 0.5 * (multiply(q, body) - multiply(np.array([0.0, *u]), q))
+
+        return solve_ivp(rate, (-0.5, 0.5), begin, method="DOP853", rtol=1e-13, atol=1e-15).y[:, -1]
+
+    phi = rotation_vector_from_quaternion(turned(np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3)))
+    body = BodyTurn(*phi, *[0.0] * 9, *a1, *a2, *a3, *phi)
+    turning = FrameTurn(*frame, *frame, *frame, *frame)
+    computed = np.array(quaternion_k(step_k(start_k(*start), body, turning))[:4])
+    assert np.abs(computed - turned(start, frame)).max() < 1e-7  # a wrong sign of a3 makes 9e-7 to 1.4e-6
