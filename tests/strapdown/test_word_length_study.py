@@ -52,7 +52,7 @@ def check(tables: dict[str, list[dict[str, str]]]) -> None:
 
 
 # six kernels, each of which takes seconds to compile, two of them for an algorithm
-@pytest.mark.parametrize("algorithms", slow(("quaternion",), ("quaternion", "poisson", "euler")))
+@pytest.mark.parametrize("algorithms", slow((("quaternion",),), (("quaternion", "poisson", "euler"),)))
 def test_quick_study(
     algorithms: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
