@@ -124,17 +124,19 @@ def test_list_shows_a_broken_scenario_beside_the_others(folder: Path, capsys: py
     assert "first_flight" in out
 
 
-def test_list_shows_a_broken_view_beside_the_others(
+def test_list_shows_views_by_their_first_line_and_broken_ones_beside_them(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("SINSSIM_VIEWS", str(folder))
     (folder / "broken.py").write_text("def blueprint(run)")
     (folder / "binary.py").write_bytes(b"\xff\xfe")
+    (folder / "long.py").write_text('"""The wind.\n\nIts levels, too.\n"""\n')
     assert call("list", "views", "--json") == 0
     views = json.loads(capsys.readouterr().out)
     assert views["broken"].startswith("(cannot be used: SyntaxError")
     assert views["binary"].startswith("(cannot be used: UnicodeDecodeError")
     assert views["flight"].startswith("The motion: its path")
+    assert views["long"] == "The wind."
 
 
 def test_a_grade_for_one_run(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

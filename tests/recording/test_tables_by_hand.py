@@ -86,6 +86,8 @@ def test_the_findings_of_an_inspection() -> None:
     assert printed(lambda console: show_findings(SimpleNamespace(findings=findings[:1] * 2), console))[-1] == (
         "0 errors, 0 doubts."
     )
+    more = SimpleNamespace(findings=[findings[1], *findings])
+    assert printed(lambda console: show_findings(more, console))[-1].startswith("1 error, 2 doubts. ")
 
 
 def test_a_run_of_one_component() -> None:
