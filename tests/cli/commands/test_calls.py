@@ -38,7 +38,8 @@ def test_run(sinssim: Sinssim, put: Put) -> None:
     assert sinssim("run", "parked", "-o", "a", "--keep", "report", "--overwrite") == report("a")
     assert ran.options["overwrite"] is True
     assert sinssim("run", "parked", "-o", "a", "--recording", "none") == report("a")
-    assert sinssim("run", "parked", "--recording", "full", "--quiet", "--set", "seed=7", "--grade", "tactical") == ""
+    last = ("--grade", "tactical", "--set", 'imu.grade="laser-standard"')  # --grade wins
+    assert sinssim("run", "parked", "--recording", "full", "--quiet", "--set", "seed=7", *last) == ""
     own = ran.args[0]
     assert (own.recording.detail, own.recording.keep, own.seed, own.imu.grade) == ("full", "all", 7, "tactical")
     assert json.loads(sinssim("run", "parked", "--json", "--view", "navigation")) == SUMMARY
