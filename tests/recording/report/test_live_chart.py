@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.charts import TIME, Axis, Band, Bars, Chart, Charts, Dots, Limit, Line, Rule, Shares, over
+from sinssim.charts import TIME, Axis, Band, Bars, Chart, Charts, Dots, Limit, Line, Remark, Rule, Shares, over
 from sinssim.exhibits import Exhibits
 from sinssim.recording.interactive.live_chart import can_live
 from sinssim.recording.page import page_of
@@ -92,7 +92,8 @@ def test_gaps_and_full_turns_stay_open() -> None:
     assert data["curves"][0]["turns"]
 
 
-def test_bands_shares_lines_across_and_limits() -> None:
+def test_bands_shares_lines_across_limits_and_remarks() -> None:
+    """The axes are in km and min."""
     time = np.array([0.0, 1800.0, 3600.0])
     line, band = Line(label="a", x=time, y=time), Band(x=time, low=time - 5.0, high=time + 5.0, color="cep", label="b")
     rules = (Rule(at=1800.0, upright=True, text="half"), Rule(at=100.0, low=90.0, high=110.0, label="c"))
@@ -100,12 +101,14 @@ def test_bands_shares_lines_across_and_limits() -> None:
         Limit(text="a", verdict="met", height=height, at=at)
         for height, at in ((3000.0, None), (9e9, None), (3500.0, 600.0))
     ]
-    (data,) = data_of(chart(line, band, *rules, *limits))
-    np.testing.assert_allclose(numbers(data["bands"][0]["low"]), time - 5.0)
-    np.testing.assert_allclose(numbers(data["bands"][0]["high"]), time + 5.0)
+    remark, km = Remark(x=1200.0, y=2500.0, text="d"), Axis(label="error", units=fixed("km", 1e3))
+    (data,) = data_of(chart(line, band, *rules, *limits, remark, y=km))
+    np.testing.assert_allclose(numbers(data["bands"][0]["low"]), [-0.005, 1.795, 3.595], rtol=1e-6)
+    np.testing.assert_allclose(numbers(data["bands"][0]["high"]), [0.005, 1.805, 3.605], rtol=1e-6)
+    assert [(word["x"], word["y"], word["text"]) for word in data["words"]] == [(20.0, 2.5, "d")]
     assert [(rule["at"], rule["upright"], rule["band"], rule["until"]) for rule in data["rules"]] == [
-        (30.0, True, [], None), (100.0, False, [90.0, 110.0], None),
-        (3000.0, False, [], None), (9e9, False, [], None), (3500.0, False, [], 10.0),
+        (30.0, True, [], None), (0.1, False, [0.09, 0.11], None),
+        (3.0, False, [], None), (9e6, False, [], None), (3.5, False, [], 10.0),
     ]  # fmt: skip
     assert [rule["name"].endswith(" (above the plot)") for rule in data["rules"][2:]] == [False, True, False]
     shares = Shares(x=time, parts=np.array([[0.2] * 3, [0.8] * 3]), labels=("low", "high"), colors=("cep", "r95"))

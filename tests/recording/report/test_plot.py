@@ -242,6 +242,15 @@ def test_a_given_axis_dots_and_zero() -> None:
     assert "900" not in texts(plot(reference, line([30.0, 40.0]), span=(0.0, 1.0)))
 
 
+def test_equal_axes_have_one_scale_and_fit_into_the_drawing() -> None:
+    """The longer axis is across, then upright."""
+    for east, north, height in ((200.0, 50.0, 900.0), (50.0, 200.0, 400.0)):
+        x, y = (Axis(units=fixed("m"), low=0.0, high=end) for end in (east, north))
+        inner = inner_of(svg_of(Chart(key="k", x=x, y=y, marks=(line([1.0, 2.0]),), equal=True), 600.0, height))
+        assert float(inner.get("width")) * north == pytest.approx(float(inner.get("height")) * east, rel=1e-5)
+        assert float(inner.get("height")) <= height
+
+
 def test_a_legend_breaks_its_lines() -> None:
     """An entry is 44 px and 6.4 px a letter wide."""
     names = [svg_chart.Named(name, "#010203", "line") for name in ("a" * 20, "b" * 10, "c" * 10)]

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from sinssim.analyses.error_budget.budget_exhibits import exhibits_of
-from sinssim.charts import Axis, Chart, Line, Rule
+from sinssim.charts import Axis, Chart, Dots, Line, Rule
 from sinssim.recording.rerun.exhibit_recording import markdown, record_chart
+from sinssim.units import fixed
 from tests.recording.made_budget import HALF, MOST, OTHERS, TIME, answer, budget
 from tests.recording.spies import Drawn
 
@@ -93,3 +94,12 @@ def test_a_line_without_a_label_has_that_of_its_colour() -> None:
     chart = Chart(key="k", y=Axis(), marks=(sigma, replace(sigma, label="", y=-TIME), Rule(at=1.0, color="bound")))
     record_chart(drawn, "k", chart, 0.0)
     assert [name for _, _, names, *_ in drawn.lines.values() for name in names] == ["±3σ", "±3σ", "±3σ"]
+
+
+def test_lines_and_dots_begin_with_the_run() -> None:
+    drawn: Any = Drawn()
+    marks = Line(label="a", x=TIME, y=TIME), Dots(label="b", x=TIME, y=2.0 * TIME)
+    record_chart(drawn, "k", Chart(key="k", y=Axis(units=fixed("km", 1e3)), marks=marks), 100.0)
+    for (time, values, *_), slope in ((drawn.lines["k"], 1e-3), (drawn.dots["k/dots_0"], 2e-3)):
+        np.testing.assert_array_equal(time, 100.0 + TIME)
+        np.testing.assert_allclose(values[:, 0], slope * TIME, rtol=1e-15)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -124,6 +125,17 @@ def test_what_is_drawn_has_the_sigma_that_its_parameter_says(
     if drawn.shape[1] > 1:  # axes of their own
         pairs = np.corrcoef(drawn.T)[np.triu_indices(drawn.shape[1], 1)]
         assert np.abs(pairs).max() < 4.5 / np.sqrt(len(drawn))
+
+
+def test_the_velocity_error_of_a_master_is_its_solution_less_the_truth() -> None:
+    place, error = parked(4.0), np.array([0.3, -0.2, 0.1])
+    solution = replace(exact(place), velocity_ned=np.tile(error, (81, 1)))
+    (given,) = (
+        AidingSection.model_validate({"master": {}})
+        .sensors()["master"]
+        .read(Vehicle(place, 3, lambda grade, arm: solution))
+    )
+    np.testing.assert_allclose(given.parameters["master-velocity bias"], np.tile(error, (4, 1)), rtol=0, atol=1e-12)
 
 
 def test_drift_of_an_attitude_reference_decays_with_its_time() -> None:

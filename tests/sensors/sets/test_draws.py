@@ -10,7 +10,7 @@ import pytest
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.encoder import EncoderErrors, draw_encoders, read_angles
+from sinssim.sensors.imu.encoder import EncoderErrors, Encoders, draw_encoders, read_angles
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu import Imu, draw
 from sinssim.sensors.imu.imu_errors import ImuErrors
@@ -57,6 +57,10 @@ class _Turns:
     def angles(self, t: np.ndarray) -> np.ndarray:
         return np.column_stack([0.3 * t, 0.1 - 0.2 * t])
 
+    def rate(self, t: np.ndarray) -> np.ndarray:
+        """Return a rate for which a mean is easily known."""
+        return np.outer(t**2, (1.0, 0.0, -2.0))
+
 
 def test_encoders() -> None:
     rotation = {
@@ -81,6 +85,9 @@ def test_encoders() -> None:
     one = read_angles(_Turns(False), errors, edges, t)  # type: ignore[arg-type]
     assert one[:, 0].tolist() == read[:, 0].tolist()
     assert one[:, 1] == pytest.approx(true[:, 1])
+    # the mean of t² from a to b is (a² + ab + b²)/3: from 1 s to 2 s, and at both ends over one sample of 0.5 s
+    mean = Encoders(_Turns(True), errors, edges).mean_rate(np.array((1.5, 0.0, 4.0)))  # type: ignore[arg-type]
+    assert mean == pytest.approx(np.outer((7.0 / 3.0, 1.0 / 12.0, 42.25 / 3.0), (1.0, 0.0, -2.0)), rel=1e-14)
 
 
 def test_each_three_accelerometers_have_their_own_random_numbers() -> None:
