@@ -1,6 +1,10 @@
 """Prints the table [envelope] of an aircraft.toml: what the model can do in steady flight, by JSBSim's trim.
 
-python aircraft/envelope.py 737 --heights 0 15000 1500 --speeds 160 200 240 280 320 360
+Those of the shipped aircraft are made by
+
+python aircraft/envelope.py 737 --heights 0 15000 1500 --speeds 160 200 240 280 320 360 400
+python aircraft/envelope.py c172x --heights 0 8000 1000 --speeds 50 60 70 80 90 100 110 120 130
+python aircraft/envelope.py f16 --steepest 75 --heights 0 18000 2000 --speeds 150 200 250 300 350 400 500 600 700 800
 """
 
 from __future__ import annotations

@@ -14,6 +14,7 @@ from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.imu.error_term_table import OF_TURNS, TERMS, of_triad
 from sinssim.sensors.sets.sensor_set import Platform
 from sinssim.toml_section import Rules
+from sinssim.truth.flight.guidance import AIDED, TRUTH
 
 _OF_TURNS = (*OF_TURNS, "limit", "quantum")
 """Fields of the error terms that gyros on a platform do not have, because they sense no turns."""
@@ -154,6 +155,17 @@ def _model(s: Tables) -> str:
     return "" if s.gravity is None or s.gravity.model == "normal" else s.gravity.model
 
 
+def _not_computed(s: Tables) -> str:
+    """Return why the source of the guidance has no solution; "" if it has one."""
+    source = "" if s.flight is None else s.flight.guidance.source
+    if source in ("", TRUTH, *s.navigation.algorithms) or (source == AIDED and s.filter):
+        return ""
+    if source == AIDED:
+        return 'flight.guidance.source = "aided" needs a [filter]: add one, or name an algorithm of [navigation]'
+    known = listed([*s.navigation.algorithms, *([AIDED] if s.filter else [])], "or")
+    return f'flight.guidance.source = "{source}" is not computed in this scenario: it has {known}'
+
+
 DEPENDENCIES: Rules = (
     # the source
     (_in_plane, "{it}"),
@@ -176,6 +188,8 @@ DEPENDENCIES: Rules = (
      "[calibration] needs the sequence that it works on: add [turntable]"),
     (lambda s: s.sequence and not s.calibration,
      "[turntable] with [log] describes the sequence of a calibration: add [calibration], or remove it"),
+    # a flight that its navigator guides
+    (_not_computed, "{it}"),
     # a block that turns in the vehicle
     (lambda s: s.imu.rotation and s.source.recorded,
      "[{s.source.table}] contains recorded data without the angles of a rotating IMU: remove it, or [imu.rotation]"),

@@ -32,6 +32,7 @@ from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
 from sinssim.system.extensions import Item, source_of
 from sinssim.truth.flight.flight_plan import FlightPlan
+from sinssim.truth.flight.guidance import TRUTH
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.truth.motion import Motion, TrueEarth
 from sinssim.truth.motions.analytic import ClosedFormMotion
@@ -168,6 +169,8 @@ def _flight_lines(flight: FlightPlan) -> Iterator[str]:
         about = f"about {_clock(seconds)}"
         yield f"  leg {number:<3} {leg.type:<12} {about:<16} {leg_words(leg)}".rstrip()
         yield from (f"          to {place}" for place in route_words(leg))
+    if flight.guidance.source != TRUTH:
+        yield f"guidance    by its navigator, {given(flight.guidance)}"
     yield f"wind        {flight.wind.words()}"
     if flight.atmosphere is not None:
         yield f"atmosphere  {flight.atmosphere.words()}"

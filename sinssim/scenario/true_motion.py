@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from sinssim.arguments import check_kind
 from sinssim.errors import InputError
 from sinssim.scenario.planned_limits import warn_of_limits
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors.imu.imu import Imu
+from sinssim.truth.flight.guidance import TRUTH, SolutionErrors
 from sinssim.truth.motion import Motion, Mounting
 
 if TYPE_CHECKING:
@@ -50,6 +51,7 @@ def true_motion(
     scenario: Scenario,
     progress: Callable[[float], None] | None = None,
     meanwhile: Callable[[], None] | None = None,
+    errors: SolutionErrors | Literal["none"] | None = None,
 ) -> Trajectory:
     """Return what `fly` returns, without its warnings: for one of many runs of a plan.
 
@@ -57,10 +59,18 @@ def true_motion(
         scenario: as for `fly`.
         progress: as for `fly`.
         meanwhile: as for `fly`.
+        errors: those of the navigator that guides the flight; "none": the true motion guides it, whatever the scenario
+            says; None: the true motion guides it, and a scenario that says otherwise is refused.
 
     Returns:
         As for `fly`.
     """
+    flight = scenario.flight
+    if errors is None and flight is not None and flight.guidance.source != TRUTH:
+        raise InputError(
+            f'flight.guidance.source = "{flight.guidance.source}": the flight follows its navigator, which only '
+            f'`sinssim run` flies. Set flight.guidance.source = "{TRUTH}" for this.'
+        )
     if scenario.one_component is not None:
         raise InputError(
             f"the scenario {scenario.name} has [one_component], a motion in a vertical plane without a position on "
@@ -74,7 +84,9 @@ def true_motion(
         )
     source = scenario.source
     assert isinstance(source, Motion)  # neither of those
-    motion = source.trajectory(mounting(scenario), scenario.truth, scenario.seed, progress, meanwhile)
+    how = (mounting(scenario), scenario.truth, scenario.seed, progress, meanwhile)
+    seen = errors if isinstance(errors, SolutionErrors) else None
+    motion = source.trajectory(*how) if seen is None or flight is None else flight.trajectory(*how, seen)
     if scenario.vibration:
         from sinssim.truth.motions.mounted_block import Vibrating  # needs the compiler
 

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from sinssim.sensors.sets.sensor_readings import Readings, TrueErrors
     from sinssim.simulation.recorded_filter_run import Prepared
     from sinssim.strapdown.frames.vertical_channel import HeightReadings
+    from sinssim.truth.flight.guidance import Guided
     from sinssim.truth.trajectory import Trajectory
 
 
@@ -52,24 +53,27 @@ class Truth:
         block: the motion that the sensors feel: that of the rotating IMU with [imu.rotation], else `trajectory`.
         rate_hz: rate of the IMU.
         time: edges of its intervals, (N+1,) s.
+        guided: how a flight came to follow its navigator; None for a motion that does not.
     """
 
     trajectory: Trajectory
     block: Trajectory
     rate_hz: float
     time: Array
+    guided: Guided | None = None
 
     @classmethod
     def along(
-        cls, trajectory: Trajectory, block: Trajectory, rate_hz: float, ideal: ImuData, state: NavState | None = None
-    ) -> Truth:
+        cls, trajectory: Trajectory, block: Trajectory, rate_hz: float, ideal: ImuData, state: NavState | None = None,
+        guided: Guided | None = None,
+    ) -> Truth:  # fmt: skip
         """Return the truth along a motion, which holds what has been computed of it.
 
         Args:
             ideal: ideal increments along `block`, in the steps of `digital`.
             state: true states at their edges, if they are known.
         """
-        truth = cls(trajectory, block, rate_hz, ideal.time)
+        truth = cls(trajectory, block, rate_hz, ideal.time, guided)
         vars(truth).update({"ideal": ideal} if state is None else {"ideal": ideal, "state": state})
         return truth
 
@@ -113,18 +117,19 @@ class Truth:
         return navigation_error(there, solution, self.ellipsoid, axes)
 
 
-def truth_along(trajectory: Trajectory, scenario: Scenario) -> Truth:
+def truth_along(trajectory: Trajectory, scenario: Scenario, guided: Guided | None = None) -> Truth:
     """Return the truth of a simulated run along the motion of its vehicle.
 
     Args:
         trajectory: the motion of the vehicle at the block's place.
+        guided: how a flight came to follow its navigator.
     """
     from sinssim.scenario.true_motion import block_of
     from sinssim.sensors.imu.emulation import digital
 
     block, rate_hz = block_of(trajectory, scenario.imu), scenario.imu.rate_hz
     ideal = digital(block.increments(rate_hz))
-    return Truth.along(trajectory, block, rate_hz, ideal, trajectory.state(ideal.time))
+    return Truth.along(trajectory, block, rate_hz, ideal, trajectory.state(ideal.time), guided)
 
 
 @short_repr

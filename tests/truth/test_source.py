@@ -84,7 +84,8 @@ def test_flight_takes_the_mounting_of_the_aircraft_or_of_the_scenario(
     log = FlightLog(time, position, q_eb, channels, (FlightEvent(1.0, "off"),))
     asked = []
 
-    def flown(flight: object, seed: int, progress: object, meanwhile: object) -> FlightLog:
+    def flown(flight: object, seed: int, progress: object, meanwhile: object, errors: object) -> FlightLog:
+        assert errors is None  # the true motion guides it
         asked.append((flight, seed, progress, meanwhile))
         return log
 

@@ -37,7 +37,7 @@ from sinssim.recording.page import page_of
 from sinssim.recording.result import Media, RunDirectory, flagged, plain
 from sinssim.recording.streams import Stream
 from sinssim.scenario.load import Overrides, as_scenario
-from sinssim.scenario.planned_limits import check_route, check_route_flown, check_times
+from sinssim.scenario.planned_limits import check_route, check_route_flown, check_times, warn_of_limits
 from sinssim.simulation.navigation_stage import Navigated, aid, before_navigation, best_reference, navigate
 from sinssim.simulation.truth_and_sensors import (
     STAGES,
@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     from sinssim.experiments.run.run_report import FirstSections
     from sinssim.experiments.run.summary_types import RunSummary, StageEntries
     from sinssim.scenario import Scenario
+    from sinssim.truth.flight.guidance import Guided
     from sinssim.truth.sampling import FlightEvent
 
 
@@ -190,9 +191,9 @@ class Execution:
             check_memory(scenario, recorded=self._folder is not None)
             map_large_arrays()  # so that what the stages before the filter free leaves no gaps
         check_route(scenario)
-        trajectory = self._fly()
+        trajectory, guided = self._fly()
         with self._clock("truth"):
-            truth = truth_along(trajectory, scenario)
+            truth = truth_along(trajectory, scenario, guided)
         self.reached = replace(self.reached, last=truth)
         check_route_flown(scenario, truth.time, truth.state)
         if self._streams:
@@ -208,9 +209,10 @@ class Execution:
             if self._writer is not None:
                 self._writer.sensed(sensed, self._kinds, [event for part in parts.values() for event in part.events()])
 
-    def _fly(self) -> Trajectory:
+    def _fly(self) -> tuple[Trajectory, Guided | None]:
         """Fly, and note whether the flight came from the cache; None for another motion."""
         from sinssim.scenario.true_motion import fly
+        from sinssim.simulation.closed_loop import closed_loop, is_guided
 
         flown: list[float] = []  # a cached flight jumps to 1
 
@@ -218,13 +220,17 @@ class Execution:
             flown.append(fraction)
             self._clock.report("flight", fraction)
 
-        scenario = self._scenario
+        scenario, guided = self._scenario, None
         with self._clock("flight"):
-            trajectory = fly(scenario, flying, partial(rehearse, scenario))
+            if is_guided(scenario):
+                warn_of_limits(scenario)
+                trajectory, guided = closed_loop(scenario, flying, partial(rehearse, scenario))
+            else:
+                trajectory = fly(scenario, flying, partial(rehearse, scenario))
         self._found["flight_cached"] = None if scenario.flight is None else min(flown) == 1.0
         if missed := not_attained(trajectory.events):
             self._found["not_attained"] = missed
-        return trajectory
+        return trajectory, guided
 
     def _read_log(self) -> None:
         """Read recorded sensors."""

@@ -28,6 +28,7 @@ from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.atmosphere import Air
 from sinssim.truth.flight.flight_log import FlightLog
 from sinssim.truth.flight.flight_plan import FlightPlan
+from sinssim.truth.flight.guidance import SolutionErrors
 from sinssim.truth.motion import AT_REFERENCE_POINT, NORMAL_EARTH, Mounting, Progress, TrueEarth
 from sinssim.truth.sampling import Channel, FlightEvent
 
@@ -45,11 +46,16 @@ class Flight(FlightPlan):
         seed: int = 0,
         progress: Progress | None = None,
         meanwhile: Callable[[], None] | None = None,
+        errors: SolutionErrors | None = None,
     ) -> Curve:
-        """Return the motion of the block, flown by JSBSim or from the cache; see `Motion.trajectory`."""
+        """Return the motion of the block, flown by JSBSim or from the cache; see `Motion.trajectory`.
+
+        Args:
+            errors: those of the navigator whose solution the autopilot sees; None: it sees the true motion.
+        """
         from sinssim.truth.curve import Curve  # needs the compiler
 
-        log = cached_flight(self, seed, progress, meanwhile)
+        log = cached_flight(self, seed, progress, meanwhile, errors)
         curve = Curve(
             log.time,
             log.position_ecef,
@@ -94,16 +100,17 @@ def cached_flight(
     seed: int = 0,
     progress: Progress | None = None,
     meanwhile: Callable[[], None] | None = None,
+    errors: SolutionErrors | None = None,
 ) -> FlightLog:
     """Return a flight from the cache, or fly it and store it there; `meanwhile` is called once while another process
-    flies."""
-    file = _file(flight, seed)
+    flies. With `errors` the autopilot sees those of a navigator."""
+    file = _file(flight, seed, errors)
     log = _read(file)
     if log is None:
         from sinssim.truth.curve import checked_knots, knot_derivatives  # needs the compiler
         from sinssim.truth.flight.jsbsim_simulation import fly_apart
 
-        log = fly_apart(flight, seed, progress, meanwhile)
+        log = fly_apart(flight, seed, progress, meanwhile, errors)
         time, position, q_eb = checked_knots(log.time, log.position_ecef, log.q_eb)
         log = replace(log, derivatives=knot_derivatives(time, position - position[0], q_eb))
         _write(file, log)
@@ -124,15 +131,15 @@ def is_cached(flight: FlightPlan, seed: int = 0) -> bool:
     return _file(flight, seed).is_file()
 
 
-def _file(flight: FlightPlan, seed: int) -> Path:
+def _file(flight: FlightPlan, seed: int, errors: SolutionErrors | None = None) -> Path:
     from sinssim.jit import cache_root  # needs the compiler
 
-    return cache_root() / "flights" / f"{flight_key(flight, seed)}.flight"
+    return cache_root() / "flights" / f"{flight_key(flight, seed, errors)}.flight"
 
 
-def flight_key(flight: FlightPlan, seed: int) -> str:
+def flight_key(flight: FlightPlan, seed: int, errors: SolutionErrors | None = None) -> str:
     """Return the digest of everything that determines a flight: SHA-256 over the versions, the files of the aircraft,
-    the plan, the seed of a turbulence and the code, in hexadecimal."""
+    the plan, the seed of a turbulence, the errors that the autopilot sees and the code, in hexadecimal."""
     import jsbsim
     import scipy
 
@@ -145,7 +152,10 @@ def flight_key(flight: FlightPlan, seed: int) -> str:
         digest.update(content)
 
     add("versions", f"{jsbsim.__version__} {np.__version__} {scipy.__version__} {platform.machine()}".encode())
-    add("flight", flight.model_dump_json(exclude={"aircraft"}).encode())
+    add("flight", flight.model_dump_json(exclude={"aircraft", "guidance"}).encode())
+    if errors is not None:
+        add("guidance", errors.guidance.model_dump_json().encode())
+        add("errors", np.ascontiguousarray(errors.values).tobytes())
     add("seed", str(seed if flight.turbulence else 0).encode())
     add("aircraft", read_bytes(find_content("aircraft", flight.aircraft)))
     model = model_folder(flight.aircraft, load_aircraft(flight.aircraft).jsbsim_model)

@@ -32,6 +32,7 @@ from sinssim.system.registries import register
 from sinssim.toml_section import Heading, Keys, Latitude, Longitude, Moment, NotNegative, Section
 from sinssim.truth.flight.aircraft import aircraft_exists, ceiling, load_aircraft
 from sinssim.truth.flight.atmosphere import STANDARD_PRESSURE, Air, WindVector, wind_from
+from sinssim.truth.flight.guidance import Guidance
 from sinssim.truth.flight.leg import Airspeed, Altitude, DeadReckoning, LegBase, check_landing, distance, user_leg
 from sinssim.truth.flight.legs import LEGS
 from sinssim.truth.motion import NORMAL_EARTH, Motion, Mounting, TrueEarth
@@ -258,6 +259,7 @@ class FlightPlan(Motion):
     wind: Wind = Field(default=Wind())  # wind and gusts
     atmosphere: Atmosphere | None = None  # temperature and pressure of the air; None: the standard atmosphere
     turbulence: Turbulence | None = None  # turbulence; None: calm air
+    guidance: Guidance = Guidance()  # what the autopilot and the legs see
 
     def user_items(self) -> list[Item]:
         """Return the files of its legs outside the package."""

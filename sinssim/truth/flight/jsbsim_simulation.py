@@ -27,6 +27,7 @@ from sinssim.truth.flight.aircraft import Aircraft, load_aircraft
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.flight_log import CHANNELS, FlightLog, FlightRecord, flight_log, shortfall
 from sinssim.truth.flight.flight_plan import AirStart, FlightPlan, Gust, RunwayStart, Turbulence
+from sinssim.truth.flight.guidance import Navigator, SolutionErrors
 from sinssim.truth.flight.jsbsim_model import (
     Engines,
     Monitor,
@@ -49,7 +50,10 @@ _LEAST_DURATION = 1.0  # least duration for a smooth curve [s]
 class _Link:
     """The autopilot's connection to a running model: cached property nodes, log (`FlightRecord`) and monitoring."""
 
-    def __init__(self, executive: Any, flight: FlightPlan, pilot: Autopilot, motion: AircraftState) -> None:
+    def __init__(
+        self, executive: Any, flight: FlightPlan, pilot: Autopilot, motion: AircraftState, navigator: Navigator | None
+    ) -> None:
+        self._navigator = navigator
         self.poses, self.channels = array("d"), array("d")
         self._executive, self._pilot, self._motion = executive, pilot, motion
         manager = executive.get_property_manager()
@@ -98,6 +102,8 @@ class _Link:
         m.climb, m.height = FOOT * self._climb(), FOOT * self._height()
         m.beta = self._beta()
         self.poses.extend((self._x(), self._y(), self._z(), phi, theta, psi))
+        if self._navigator is not None:
+            self._navigator.fast(m, self._latitude(), self._longitude(), self._track(), FOOT * self._ground_speed())
 
     def sense_slowly(self) -> None:
         """Refresh the rest of the state and log the channels."""
@@ -105,6 +111,8 @@ class _Link:
         m.alpha = self._alpha()
         m.latitude, m.longitude = self._latitude(), self._longitude()
         m.track, m.ground_speed = self._track(), FOOT * self._ground_speed()
+        if self._navigator is not None:
+            self._navigator.slow(m)
         m.height_above_ground = FOOT * self._above_ground()
         m.on_wheels = self._wow() > 0.0
         if self._pilot.engines:
@@ -159,7 +167,7 @@ class _Link:
             self._engines.switch(pilot.engines)
         if pilot.runway_height != self._runway_height and pilot.runway_height is not None:
             self._runway_height = pilot.runway_height
-            ground = self._motion.height - self._motion.height_above_ground  # as JSBSim has it now
+            ground = FOOT * (self._height() - self._above_ground())  # as JSBSim has it now
             self._executive["position/terrain-elevation-asl-ft"] += (pilot.runway_height - ground) / FOOT
         if self._gusts and self._motion.time >= self._gusts[0].start_s:
             _blow(self._executive, self._gusts.pop(0))
@@ -180,9 +188,11 @@ def _blow(executive: Any, gust: Gust) -> None:
     executive[f"{prefix}/start"] = 1
 
 
-def fly_plan(flight: FlightPlan, seed: int = 0, progress: Progress | None = None) -> FlightRecord:
+def fly_plan(
+    flight: FlightPlan, seed: int = 0, progress: Progress | None = None, errors: SolutionErrors | None = None
+) -> FlightRecord:
     """Fly a flight plan in JSBSim; return the recording, for `flight_log`. From time to time the progress is called
-    with the fraction flown, 0 … 1."""
+    with the fraction flown, 0 … 1. With `errors`, the autopilot sees the true motion with those of a navigator."""
     import jsbsim
 
     if progress is not None:
@@ -200,7 +210,7 @@ def fly_plan(flight: FlightPlan, seed: int = 0, progress: Progress | None = None
                 f"JSBSim cannot trim the {flight.aircraft} at the start of the flight ({_start_words(flight)}): "
                 f"{' '.join(str(error).split())}{'; its output: ' + output if output else ''}. {_start_remedy(flight)}"
             ) from error
-        return _Flight(executive, flight, aircraft, progress).fly()
+        return _Flight(executive, flight, aircraft, progress, errors).fly()
 
 
 def _start_words(flight: FlightPlan) -> str:
@@ -243,12 +253,16 @@ def _plain(speed: float) -> str:
 class _Flight:
     """A flight in progress: the model, its pilot, the instant, and what is recorded."""
 
-    def __init__(self, executive: Any, flight: FlightPlan, aircraft: Aircraft, progress: Progress | None) -> None:
+    def __init__(
+        self, executive: Any, flight: FlightPlan, aircraft: Aircraft, progress: Progress | None,
+        errors: SolutionErrors | None,
+    ) -> None:  # fmt: skip
         self._executive, self._flight, self._aircraft, self._progress = executive, flight, aircraft, progress
         self._motion = AircraftState()
         self._motion.air = flight.air()
         self._pilot = Autopilot(aircraft, INTERVAL)
-        self._link = _Link(executive, flight, self._pilot, self._motion)
+        navigator = None if errors is None else Navigator(errors, INTERVAL)
+        self._link = _Link(executive, flight, self._pilot, self._motion, navigator)
         self._watch = Monitor(executive, flight, aircraft).watch
         self._in_air = flight.start.on == "air"
         self._knot = 0
@@ -401,6 +415,7 @@ def fly_apart(
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     meanwhile: Callable[[], None] | None = None,
+    errors: SolutionErrors | None = None,
 ) -> FlightLog:
     """Fly a flight plan in a separate process; return the flight, bit for bit the same as in this process."""
     program = (
@@ -414,7 +429,7 @@ def fly_apart(
         assert other.stdout is not None
         try:
             with contextlib.suppress(BrokenPipeError):  # it has already ended: there will be no answer
-                other.stdin.write(pickle.dumps((flight, seed)))
+                other.stdin.write(pickle.dumps((flight, seed, errors)))
                 other.stdin.flush()  # left open: it closes when this process ends, and the other then ends, too
             if meanwhile is not None:
                 meanwhile()
@@ -474,9 +489,9 @@ def _serve() -> None:
             raise
 
     try:
-        flight, seed = pickle.load(sys.stdin.buffer)
+        flight, seed, errors = pickle.load(sys.stdin.buffer)
         threading.Thread(target=_end_with_the_other, daemon=True).start()
-        answer("flown", fly_plan(flight, seed, lambda fraction: answer("fraction", fraction)))
+        answer("flown", fly_plan(flight, seed, lambda fraction: answer("fraction", fraction), errors))
     except (BrokenPipeError, EOFError, SystemExit):
         pass  # the parent no longer waits
     except BaseException as error:

@@ -44,14 +44,16 @@ def same(a: FlightLog, b: FlightLog) -> bool:
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     flights = tmp_path / "flights"
-    monkeypatch.setattr(flight_cache, "_file", lambda plan, seed: flights / f"{flight_key(plan, seed)}.flight")
+    monkeypatch.setattr(
+        flight_cache, "_file", lambda plan, seed, errors: flights / f"{flight_key(plan, seed, errors)}.flight"
+    )
     return flights
 
 
 def count_flights(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     seeds: list[int] = []
 
-    def counted(section: FlightPlan, seed: int, progress: Any, meanwhile: Any) -> FlightLog:
+    def counted(section: FlightPlan, seed: int, progress: Any, meanwhile: Any, errors: Any) -> FlightLog:
         seeds.append(seed)
         return flight_log(fly_plan(section, seed, progress))
 
@@ -69,7 +71,7 @@ def flown(monkeypatch: pytest.MonkeyPatch, three_seconds: FlightLog) -> list[int
     """The seeds of the flights that are asked for from now on; all are the one of three seconds."""
     seeds: list[int] = []
 
-    def ready(section: FlightPlan, seed: int, progress: Any, meanwhile: Any) -> FlightLog:
+    def ready(section: FlightPlan, seed: int, progress: Any, meanwhile: Any, errors: Any) -> FlightLog:
         seeds.append(seed)
         return three_seconds
 

@@ -62,7 +62,7 @@ def flight(start: dict[str, Any] | None = None, **more: Any) -> FlightPlan:
 def link(section: FlightPlan, **values: float) -> tuple[Any, Model, Autopilot, AircraftState]:
     model = Model({name.replace("__", "/").replace("_", "-"): value for name, value in values.items()})
     pilot, motion = Autopilot(load_aircraft("737"), INTERVAL), AircraftState()
-    return jsbsim_simulation._Link(model, section, pilot, motion), model, pilot, motion
+    return jsbsim_simulation._Link(model, section, pilot, motion, None), model, pilot, motion
 
 
 def test_what_the_pilot_senses() -> None:
@@ -115,7 +115,11 @@ def test_what_the_pilot_commands() -> None:
     assert [model[f"fcs/{name}-cmd-norm"] for name in ("elevator", "aileron", "rudder")] == [0.1, -0.2, 0.3]
     assert [model[f"fcs/throttle-cmd-norm[{k}]"] for k in (0, 1)] == [0.4, 0.4]
     pilot.steer, pilot.brakes, pilot.gear, pilot.flaps = 0.5, 0.6, 0.7, 0.8
-    pilot.runway_height, m.height, m.height_above_ground, m.time = 250.0, 600.0, 400.0, 9.9
+    pilot.runway_height, m.height, m.height_above_ground, m.time = 250.0, 9999.0, 9999.0, 9.9
+    model["position/geod-alt-ft"], model["position/h-agl-ft"] = (
+        600.0 / FOOT,
+        400.0 / FOOT,
+    )
     model["position/terrain-elevation-asl-ft"] = 200.0 / FOOT
     made.command_slowly()
     assert [model[f"fcs/{side}-brake-cmd-norm"] for side in ("left", "right", "center")] == [0.6, 0.6, 0.6]

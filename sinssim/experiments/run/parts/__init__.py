@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from sinssim.experiments.run.parts.guidance import Guidance
 from sinssim.experiments.run.parts.imu_mounting import OnPlatform, Rotation
 from sinssim.experiments.run.parts.judged_outages import Outages
 from sinssim.experiments.run.parts.phases import Phases
@@ -15,7 +16,9 @@ if TYPE_CHECKING:
     from sinssim.experiments.run.run_result import Part
     from sinssim.simulation.navigation_stage import Navigated
 
-PARTS: tuple[type[Part[object]], ...] = (Track, TrueGravity, Log, Redundancy, OnPlatform, Rotation, Phases, Outages)
+PARTS: tuple[type[Part[object]], ...] = (
+    Track, TrueGravity, Guidance, Log, Redundancy, OnPlatform, Rotation, Phases, Outages,
+)  # fmt: skip
 """The parts in the order of their entries in `summary.json`."""
 
 

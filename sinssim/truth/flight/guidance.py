@@ -1,0 +1,149 @@
+"""Guidance by navigation: what the autopilot and the legs see instead of the true motion of the aircraft.
+
+The errors of a navigation solution on another pass over the same plan are added to the present true motion. A flight
+that is repeated with the errors of the flight before converges to the one that its own navigator guides, because the
+errors depend weakly on the path (`sinssim.simulation.closed_loop`).
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from math import atan2, cos, floor, hypot, isfinite, remainder, sin, tau
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field
+
+from sinssim.data import Array
+from sinssim.toml_section import NotNegative, Section
+from sinssim.truth.flight.autopilot import AircraftState
+
+if TYPE_CHECKING:
+    from sinssim.truth.trajectory import Trajectory
+
+TRUTH, AIDED = "truth", "aided"
+"""Sources of a flight: the true motion, and the solution of the filter."""
+Quantity = Literal["position", "height", "velocity", "attitude"]
+
+QUANTITIES: tuple[Quantity, ...] = ("position", "height", "velocity", "attitude")
+"""What a solution may give to the autopilot, in the order of the columns of `SolutionErrors`."""
+
+_COLUMNS = {"position": (0, 1), "height": (2,), "velocity": (3, 4, 5), "attitude": (6, 7, 8, 9, 10, 11)}
+_ANGLES = (6, 8)
+"""Columns of angles that have no end: roll and heading."""
+
+
+class Guidance(Section):
+    """Guidance of the flight: what the autopilot and the legs see, the true motion or a navigation solution."""
+
+    source: str = Field(
+        default=TRUTH,
+        description='"truth", an algorithm of [navigation] or "aided": whose solution the autopilot and the legs see',
+    )
+    quantities: Annotated[tuple[Quantity, ...], Field(min_length=1)] = Field(
+        default=QUANTITIES,
+        description="what they see of it; the rest stays true. Velocity has the vertical speed and the track, attitude "
+        "the rates of the gyros",
+    )
+    latency_s: Annotated[NotNegative, Field(le=10.0)] = Field(
+        default=0.0, description="from the instant of a solution until the autopilot has it"
+    )
+    rate_hz: Annotated[float, Field(ge=1.0, le=30.0)] = Field(default=30.0, description="solutions a second")
+
+
+@dataclass(frozen=True)
+class SolutionErrors:
+    """Errors of a navigation solution at the instants k/rate of a flight: what the autopilot sees less the truth.
+
+    Attributes:
+        guidance: rate, latency and quantities.
+        values: latitude, longitude, rad; height, m; velocity north, east, down, m/s; roll, pitch, heading, rad; body
+            rates, rad/s: (K, 12). After the last row the errors stay as they are.
+    """
+
+    guidance: Guidance
+    values: Array
+
+
+@dataclass(frozen=True)
+class Guided:
+    """How a flight came to follow its navigator.
+
+    Attributes:
+        source: the navigator: an algorithm, or "aided".
+        by_truth: the flight of the same plan by the true motion: what it would have been with a perfect navigator.
+        moved: how far each pass moved the path, m.
+    """
+
+    source: str
+    by_truth: Trajectory
+    moved: tuple[float, ...]
+
+
+class Navigator:
+    """The navigator's view of a flight in progress: the true state at its last solution, with that solution's errors.
+
+    A flight of the autopilot's rate without latency has a solution at every step; otherwise the true state at the
+    instant of a solution lies between two steps, and is interpolated linearly.
+    """
+
+    def __init__(self, errors: SolutionErrors, interval: float) -> None:
+        """Begin at the start of a flight that is steered once in an `interval`, s."""
+        guidance = errors.guidance
+        self._rate, self._latency, self._interval = guidance.rate_hz, guidance.latency_s, interval
+        seen = [column for name in guidance.quantities for column in _COLUMNS[name]]
+        self._seen = frozenset(seen)
+        self._errors = [[value if c in self._seen else 0.0 for c, value in enumerate(row)]
+                        for row in errors.values.tolist()]  # fmt: skip
+        self._past: deque[tuple[float, tuple[float, ...]]] = deque(
+            maxlen=2 + floor((guidance.latency_s + 1.0 / guidance.rate_hz) / interval + 1e-6)
+        )
+        self._slow = (0.0, 0.0, 0.0, 0.0)
+
+    def fast(self, m: AircraftState, latitude: float, longitude: float, track: float, speed: float) -> None:
+        """Replace what is refreshed at every step of the true state in `m`, whose other values are given."""
+        now = (latitude, longitude, m.height, speed * cos(track), speed * sin(track), -m.climb,
+               m.phi, m.theta, m.psi, m.p, m.q, m.r)  # fmt: skip
+        self._past.append((m.time, now))
+        number = max(floor((m.time - self._latency) * self._rate + 1e-6), 0)
+        then = self._at(number / self._rate)
+        row = self._errors[min(number, len(self._errors) - 1)]
+        values = [(a if c in self._seen else b) + e for c, (a, b, e) in enumerate(zip(then, now, row, strict=True))]
+        m.height, m.climb = values[2], -values[5]
+        m.phi, m.theta, m.psi = remainder(values[6], tau), values[7], values[8] % tau
+        m.p, m.q, m.r = values[9:]
+        north, east = values[3], values[4]
+        self._slow = values[0], values[1], atan2(east, north) % tau, hypot(north, east)
+
+    def slow(self, m: AircraftState) -> None:
+        """Replace what is refreshed at every third step."""
+        m.latitude, m.longitude, m.track, m.ground_speed = self._slow
+
+    def _at(self, time: float) -> tuple[float, ...]:
+        """Return the true state at an instant that is not over."""
+        before = self._past[0]
+        for after in self._past:
+            if after[0] >= time - 1e-6:
+                break
+            before = after
+        part = 0.0 if after[0] <= before[0] else (time - before[0]) / (after[0] - before[0])
+        if part >= 1.0 - 1e-6:
+            return after[1]
+        if part <= 1e-6:
+            return before[1]
+        return tuple(
+            a + part * (remainder(b - a, tau) if c in _ANGLES else b - a)
+            for c, (a, b) in enumerate(zip(before[1], after[1], strict=True))
+        )
+
+
+def finite_rows(values: Array) -> Array:
+    """Return errors with what is not finite replaced by the last finite row before it, zero at the start."""
+    rows = values.copy()
+    last = [0.0] * values.shape[1]
+    for number, row in enumerate(rows):
+        if all(map(isfinite, row)):
+            last = row
+        else:
+            rows[number] = last
+    return rows

@@ -1,0 +1,185 @@
+"""Flights by their own navigator: equal to those by the truth without errors, displaced by the errors otherwise."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sinssim
+from sinssim.errors import InputError
+from sinssim.scenario import Scenario, load_scenario
+from sinssim.simulation.closed_loop import NEAR, apart, closed_loop, solution_errors
+from sinssim.strapdown.navigation_error import navigation_error
+
+KNOT = 0.5144444444444445
+SCHULER = math.sqrt(9.81 / 6.378e6)
+
+
+def plan(source: str = "quaternion", initial: dict[str, float] | None = None, **guidance: Any) -> Scenario:
+    """Return a flight of a minute to a waypoint in the north, from the equator, with sensors without errors."""
+    return Scenario.model_validate(
+        {
+            "name": "north",
+            "flight": {
+                "aircraft": "737",
+                "start": {"on": "air", "latitude_deg": 0.0, "longitude_deg": 10.0, "altitude_m": 5000.0},
+                "guidance": {"source": source, **guidance},
+                "legs": [{"type": "waypoint", "name": "N", "latitude_deg": 0.095, "longitude_deg": 10.0}],
+            },
+            "imu": {"grade": "ideal", "rate_hz": 50.0},
+            "navigation": {"algorithms": ["quaternion"], "vertical": "truth", "initial_error": initial or {}},
+        }
+    )  # fmt: skip
+
+
+def test_without_errors_it_is_the_flight_by_the_truth() -> None:
+    path, guided = closed_loop(plan())
+    assert len(guided.moved) == 1
+    assert guided.moved[0] < 1e-4
+    assert apart(path, guided.by_truth) == guided.moved[0]
+
+
+@pytest.fixture(scope="module")
+def drifted() -> sinssim.Run:
+    """A velocity error of 1 m/s to the east at the start: the navigator thinks that it drifts to the east."""
+    run = sinssim.run(plan(initial={"velocity_east_mps": 1.0}))
+    assert isinstance(run, sinssim.Run)
+    return run
+
+
+def test_the_true_path_is_displaced_by_what_the_navigator_believes(drifted: sinssim.Run) -> None:
+    """δv sin(ω t)/ω at the end, less the way that the autopilot needs to follow a drift of 1 m/s, of seconds."""
+    entry = drifted.parts["guidance"].entry
+    (leg,) = entry["legs"]
+    believed = math.sin(SCHULER * leg["end_s"]) / SCHULER
+    assert 50.0 < believed < 60.0
+    assert leg["navigation_error_m"] == pytest.approx(believed, rel=2e-3)
+    assert -leg["right_m"] == pytest.approx(believed, rel=0.05)
+    assert abs(leg["along_m"]) < 2.0
+    assert entry["displacement_max_m"] == pytest.approx(math.hypot(leg["right_m"], leg["along_m"]), rel=0.01)
+
+
+def test_the_waypoint_is_missed_on_the_true_path(drifted: sinssim.Run) -> None:
+    """The place of the true path at the end, by plane geometry about the waypoint, which the navigator sees ahead."""
+    entry, path = drifted.parts["guidance"].entry, drifted.truth.trajectory
+    (miss,) = entry["waypoints"]
+    end = path.state(np.array([miss["time_s"]]))
+    east = 6378137.0 * float(end.longitude[0] - math.radians(10.0))
+    north = 6335439.3 * float(end.latitude[0] - math.radians(0.095))  # radius of the meridian at the equator
+    course = math.atan2(end.velocity_ned[0, 1], end.velocity_ned[0, 0])
+    assert miss["waypoint"] == "N"
+    assert miss["left_to_go_m"] == pytest.approx(-north * math.cos(course) - east * math.sin(course), rel=1e-3)
+    assert miss["right_m"] == pytest.approx(east * math.cos(course) - north * math.sin(course), rel=1e-3)
+    assert miss["right_m"] < -55.0
+
+
+def test_the_loop_is_closed(drifted: sinssim.Run) -> None:
+    """One more pass with the errors of the last one does not move the path."""
+    scenario, path = drifted.scenario, drifted.truth.trajectory
+    guided = drifted.truth.guided
+    assert guided is not None
+    assert guided.moved[-1] < NEAR < guided.moved[0]
+    from sinssim.scenario.true_motion import true_motion
+
+    assert apart(true_motion(scenario, errors=solution_errors(scenario, path)), path) < NEAR
+
+
+def test_increments_close_on_the_truth_as_those_of_any_flight() -> None:
+    path, _ = closed_loop(plan(initial={"velocity_east_mps": 1.0, "heading_arcmin": 3.0}))
+    imu = path.increments(100.0)
+    solution = sinssim.navigate(imu, path.state(imu.time[0]), vertical="truth", height=path.state(imu.time).height)
+    assert navigation_error(path.state(imu.time), solution).horizontal.max() < 1e-5
+
+
+def test_a_late_navigator_flies_on() -> None:
+    """Half a second late the aircraft believes to be 70 m behind its place: it reaches the waypoint later."""
+    path, guided = closed_loop(plan(latency_s=0.5))
+    assert path.end - guided.by_truth.end == pytest.approx(0.5, abs=0.05)
+    state = path.state(np.linspace(path.start, path.end, 200))
+    assert np.isfinite(state.velocity_ned).all()
+    assert np.ptp(state.height) < 20.0
+
+
+def test_what_is_not_navigated_is_true() -> None:
+    """A navigator with an error in position alone does not guide by attitude."""
+    _, guided = closed_loop(plan(initial={"east_m": 200.0}, quantities=("attitude", "velocity", "height")))
+    assert guided.moved[0] < 0.5
+    _, guided = closed_loop(plan(initial={"east_m": 200.0}, quantities=("position",)))
+    assert guided.moved[0] > 100.0
+
+
+def test_the_console_and_the_report_tell_it(drifted: sinssim.Run, capsys: pytest.CaptureFixture[str]) -> None:
+    from rich.console import Console
+
+    from sinssim.recording.console import show
+
+    show(drifted.exhibits, Console(width=120))
+    out = capsys.readouterr().out
+    assert "The flight follows quaternion: at its end it is" in out
+    assert "Waypoints of the navigator on the true path" in out
+    from sinssim.scenario.plan_summary import plan_lines
+
+    assert "guidance    by its navigator, source = quaternion" in list(plan_lines(drifted.scenario))
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ('flight.guidance.source="euler"', '"euler" is not computed in this scenario: it has quaternion'),
+        ('flight.guidance.source="aided"', r'"aided" needs a \[filter\]'),
+        ('flight.guidance.quantities=["wind"]', "wind"),
+        ("flight.guidance.quantities=[]", "quantities"),
+        ("flight.guidance.latency_s=11", "latency_s"),
+        ("flight.guidance.rate_hz=60", "rate_hz"),
+    ],
+)
+def test_what_cannot_guide_is_refused(change: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        load_scenario("first_flight", ['navigation.algorithms=["quaternion"]', change])
+
+
+def test_only_a_run_flies_by_its_navigator() -> None:
+    for call in (lambda: sinssim.ensemble(plan(), 2), lambda: sinssim.budget(plan())):
+        with pytest.raises(InputError, match=r'flight\.guidance\.source = "quaternion": .* only `sinssim run` flies'):
+            call()
+
+
+@pytest.mark.slow
+def test_a_whole_flight() -> None:
+    """84 minutes: without errors 1 mm, with a laser unit's at most four flights after the first."""
+    sources = ['navigation.algorithms=["quaternion"]', 'flight.guidance.source="quaternion"']
+    _, guided = closed_loop(load_scenario("first_flight", [*sources, "imu.grade=ideal"]))
+    assert guided.moved[-1] < 1e-3
+    assert len(guided.moved) == 1
+    _, guided = closed_loop(load_scenario("first_flight", sources))
+    assert len(guided.moved) <= 4
+    for before, after in zip(guided.moved[:-1], guided.moved[1:], strict=True):
+        assert after < before / 50.0
+
+
+@pytest.mark.slow
+def test_a_heading_error_turns_the_true_track() -> None:
+    """From rest on the equator to the north: 300 km with 0.1° miss the waypoint by 524 m to the left.
+
+    There the Earth's rate, resolved by the wrong heading, causes errors along the track alone.
+    """
+    scenario = Scenario.model_validate(
+        {
+            "name": "equator",
+            "flight": {
+                "aircraft": "737",
+                "start": {"on": "runway", "latitude_deg": -1.35, "longitude_deg": 10.0},
+                "guidance": {"source": "quaternion"},
+                "legs": [{"type": "take_off"}, {"type": "climb", "altitude_m": 6000.0},
+                         {"type": "waypoint", "latitude_deg": 1.3633, "longitude_deg": 10.0}],
+            },
+            "imu": {"grade": "ideal"},
+            "navigation": {"algorithms": ["quaternion"], "vertical": "truth", "initial_error": {"heading_arcmin": 6.0}},
+        }
+    )  # fmt: skip
+    run = sinssim.run(scenario)
+    (miss,) = run.parts["guidance"].entry["waypoints"]
+    assert miss["right_m"] == pytest.approx(-300e3 * math.radians(0.1), rel=0.01)

@@ -1,0 +1,87 @@
+"""What the autopilot sees of a navigator: its errors, late, held between solutions, and only what it is to see."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from sinssim.truth.flight.autopilot import AircraftState
+from sinssim.truth.flight.guidance import Guidance, Navigator, Quantity, SolutionErrors, finite_rows
+
+STEP = 1.0 / 30.0
+ERROR = np.array([1e-5, 2e-5, 3.0, 0.4, -0.5, 0.6, 0.01, 0.02, 0.03, 1e-3, 2e-3, 3e-3])
+
+
+def flown(steps: int, errors: np.ndarray | None = None, **keys: object) -> list[AircraftState]:
+    """Return what is seen after each step of a climb to the north-east in which everything grows with time."""
+    guidance = Guidance.model_validate(keys)
+    given = np.tile(ERROR, (3, 1)) if errors is None else errors
+    navigator, seen = Navigator(SolutionErrors(guidance, given), STEP), []
+    for k in range(steps):
+        t = k * STEP
+        m = AircraftState(
+            time=t, phi=0.1 * t, theta=0.2 * t, psi=0.3 * t, p=0.1, q=0.2, r=0.3, height=100.0 * t, climb=100.0
+        )
+        speed, track = 50.0, math.radians(45.0)
+        navigator.fast(m, 1e-3 * t, 2e-3 * t, track, speed)
+        navigator.slow(m)
+        seen.append(m)
+    return seen
+
+
+def test_every_error_is_added_in_its_place() -> None:
+    m = flown(31)[30]  # at 1 s
+    north, east = 50.0 / math.sqrt(2.0) + 0.4, 50.0 / math.sqrt(2.0) - 0.5
+    assert (m.latitude, m.longitude, m.height) == pytest.approx((1e-3 + 1e-5, 2e-3 + 2e-5, 103.0), rel=1e-12)
+    assert (m.ground_speed, m.track) == pytest.approx((math.hypot(north, east), math.atan2(east, north)), rel=1e-12)
+    assert m.climb == pytest.approx(100.0 - 0.6)  # up; the error is down
+    assert (m.phi, m.theta, m.psi) == pytest.approx((0.11, 0.22, 0.33), rel=1e-12)
+    assert (m.p, m.q, m.r) == pytest.approx((0.101, 0.202, 0.303), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "attributes"),
+    [("position", "latitude longitude"), ("height", "height"), ("velocity", "climb track ground_speed"),
+     ("attitude", "phi theta psi p q r")],
+)  # fmt: skip
+def test_only_what_it_gives_is_seen(quantity: Quantity, attributes: str) -> None:
+    names = ["latitude", "longitude", "height", "climb", "track", "ground_speed", "phi", "theta", "psi", "p", "q", "r"]
+    true, seen = flown(20, np.zeros((1, 12)))[-1], flown(20, quantities=(quantity,), latency_s=0.2)[-1]
+    different = [name for name in names if abs(getattr(true, name) - getattr(seen, name)) > 1e-12]
+    assert different == attributes.split()
+
+
+def test_a_late_solution_is_that_of_its_instant() -> None:
+    """At 1 s the solution of 0.5 s is known, with the true state of then; before 0.5 s that of the start."""
+    errors = np.zeros((60, 12))
+    errors[:, 2] = np.arange(60)  # metres of height, the number of the solution
+    seen = flown(31, errors, latency_s=0.5)
+    assert seen[30].height == pytest.approx(50.0 + 15.0, abs=1e-6)
+    assert seen[30].latitude == pytest.approx(0.5e-3, rel=1e-9)
+    assert seen[14].height == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_slow_navigator_is_held() -> None:
+    """Four solutions a second, which lie between the steps of the autopilot."""
+    errors = np.zeros((60, 12))
+    seen = flown(31, errors, rate_hz=4.0)
+    for k, instant in ((29, 0.75), (30, 1.0), (15, 0.5), (8, 0.25), (7, 0.0)):
+        assert seen[k].height == pytest.approx(100.0 * instant, abs=1e-6)
+        assert seen[k].longitude == pytest.approx(2e-3 * instant, abs=1e-12)
+
+
+def test_angles_stay_in_their_range() -> None:
+    errors = np.zeros((1, 12))
+    errors[0, [6, 8]] = 3.1, -0.1
+    first, later = flown(31, errors)[0], flown(31, errors)[30]
+    assert first.psi == pytest.approx(2.0 * math.pi - 0.1)  # a heading is not negative
+    assert later.phi == pytest.approx(3.2 - 2.0 * math.pi)
+
+
+def test_errors_stay_after_the_end_and_where_they_are_not_finite() -> None:
+    errors = np.zeros((4, 12))
+    errors[:, 2] = 1.0, np.nan, 3.0, np.inf
+    assert finite_rows(errors)[:, 2].tolist() == [1.0, 1.0, 3.0, 3.0]
+    assert flown(31, finite_rows(errors))[30].height == pytest.approx(103.0)
