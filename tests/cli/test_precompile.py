@@ -70,4 +70,4 @@ def test_every_choice_is_compiled_ahead_or_says_that_it_is_compiled(tmp_path: Pa
     for name in ("algorithm quaternion", "algorithm poisson", "algorithm euler", "frame level"):
         assert found[name] == (0, 0), name
     assert found["algorithm poisson-4-ortho"][0] > 0
-    assert found["algorithm quaternion-2"][0] > 0
+    assert found["algorithm quaternion-3"][0] > 0
