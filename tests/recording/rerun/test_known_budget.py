@@ -103,3 +103,18 @@ def test_lines_and_dots_begin_with_the_run() -> None:
     for (time, values, *_), slope in ((drawn.lines["k"], 1e-3), (drawn.dots["k/dots_0"], 2e-3)):
         np.testing.assert_array_equal(time, 100.0 + TIME)
         np.testing.assert_allclose(values[:, 0], slope * TIME, rtol=1e-15)
+
+
+def test_the_ends_of_axes_and_of_rules() -> None:
+    """Given ends are in the unit of the axis, and so is the least extent; a rule is as long as all curves together."""
+    drawn: Any = Drawn()
+    share, km = Axis(units=fixed("%", 0.01), low=0.0, high=1.0), Axis(units=fixed("km", 1e3), least=5.0)
+    for key, y, values in (("a", share, [0.2, 0.3]), ("b", km, [2000.0, 2100.0]), ("c", km, [2000.0, 2001.0])):
+        line = Line(label=key, x=TIME[:2], y=np.array(values))
+        record_chart(drawn, key, Chart(key=key, y=y, marks=(line,)), 0.0)
+    assert drawn.ranges["a"] == (0.0, 100.0)
+    assert drawn.ranges["b"] == (2.0, 2.1)
+    assert drawn.ranges["c"] == (1.5, 2.501)
+    early, late = (Line(label="d", x=np.array(x), y=np.zeros(2)) for x in ([1.0, 5.0], [3.0, 9.0]))
+    record_chart(drawn, "d", Chart(key="d", y=km, marks=(late, early, Rule(at=3000.0, label="e"))), 100.0)
+    drawn.shows("d/2", ["e"], [101.0, 109.0], [[3.0], [3.0]])
