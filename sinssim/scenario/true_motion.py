@@ -68,8 +68,8 @@ def true_motion(
     flight = scenario.flight
     if errors is None and flight is not None and flight.guidance.source != TRUTH:
         raise InputError(
-            f'flight.guidance.source = "{flight.guidance.source}": the flight follows its navigator, which only '
-            f'`sinssim run` flies. Set flight.guidance.source = "{TRUTH}" for this.'
+            f'flight.guidance.source = "{flight.guidance.source}": the flight follows its navigator, which '
+            f'`sinssim run` and `sinssim ensemble` fly. Set flight.guidance.source = "{TRUTH}" for this.'
         )
     if scenario.one_component is not None:
         raise InputError(

@@ -17,6 +17,7 @@ from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.errors import RunError
 from sinssim.rotation import conjugate, euler_from_quaternion, multiply, rotate
+from sinssim.scenario import filter_model
 from sinssim.scenario.true_motion import mounting, true_motion
 from sinssim.simulation.navigation_stage import aid, by_one, navigate
 from sinssim.simulation.truth_and_sensors import Sensed, sense, truth_along
@@ -49,7 +50,7 @@ def closed_loop(
     """Fly a plan by the navigator that the scenario names.
 
     Args:
-        scenario: with a flight; the states of a filter are written out.
+        scenario: with a flight.
         progress: called with the fraction of the passes flown, 0…1.
         meanwhile: called once while another process flies.
 
@@ -59,6 +60,7 @@ def closed_loop(
     Raises:
         RunError: the path does not settle, or the navigator has no solution.
     """
+    scenario = filter_model.with_states(scenario)
     assert scenario.flight is not None  # it is guided
     source, moved = scenario.flight.guidance.source, list[float]()
     report = progress or (lambda fraction: None)

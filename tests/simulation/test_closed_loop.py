@@ -141,10 +141,24 @@ def test_what_cannot_guide_is_refused(change: str, message: str) -> None:
         load_scenario("first_flight", ['navigation.algorithms=["quaternion"]', change])
 
 
-def test_only_a_run_flies_by_its_navigator() -> None:
-    for call in (lambda: sinssim.ensemble(plan(), 2), lambda: sinssim.budget(plan())):
-        with pytest.raises(InputError, match=r'flight\.guidance\.source = "quaternion": .* only `sinssim run` flies'):
-            call()
+def test_a_budget_is_not_that_of_a_flight_by_its_navigator() -> None:
+    with pytest.raises(InputError, match=r'flight\.guidance\.source = "quaternion": .* `sinssim ensemble` fly'):
+        sinssim.budget(plan())
+
+
+@pytest.mark.slow
+def test_every_run_of_an_ensemble_flies_by_its_own_navigator() -> None:
+    """The errors of each run are those of a single run with its seed, on a path of its own."""
+    noisy = plan().model_copy(update={"imu": plan().imu.model_copy(update={"grade": "tactical"})})
+    result = sinssim.ensemble(noisy, 2, threads=1)
+    ends = []
+    for number, seed in enumerate(result.errors.seed):
+        run = sinssim.run(noisy.model_copy(update={"seed": int(seed)}))
+        assert isinstance(run, sinssim.Run)
+        assert result.errors.end[number] == run.truth.time[-1]
+        np.testing.assert_array_equal(result.errors.final[number, :3], run.errors["quaternion"].position_ned[-1])
+        ends.append(run.truth.trajectory.state(50.0).longitude)
+    assert ends[0] != ends[1]
 
 
 @pytest.mark.slow

@@ -23,6 +23,7 @@ from sinssim.errors import InputError
 from sinssim.experiments.ensembles.ensemble_errors import WITHIN
 from sinssim.scenario.ensemble_section import Choice, Normal, Uniform
 from sinssim.scenario.plan_summary import own_digests
+from sinssim.simulation.closed_loop import closed_loop, is_guided
 from sinssim.simulation.truth_and_sensors import Truth, truth_along
 from sinssim.system.short_repr import short_repr
 
@@ -132,8 +133,10 @@ def truth_key(scenario: Scenario) -> str:
     """Return a text that is equal for scenarios with the same true motion and increments.
 
     It has the tables and keys that determine them, with the seed if turbulence, vibration, road, sea, gravity's
-    remainder or the errors of a turntable are drawn from it.
+    remainder or the errors of a turntable are drawn from it. A flight by its navigator is determined by all of them.
     """
+    if is_guided(scenario):
+        return json.dumps(contents_of(scenario), sort_keys=True)
     flight, table = scenario.flight, scenario.turntable
     drawn = (
         bool(scenario.vibration or scenario.drive or scenario.voyage)
@@ -185,7 +188,7 @@ class TruthCache:
                 if key in self._kept:
                     self._kept.move_to_end(key)
                     return self._kept[key]
-            again = has_remainder(scenario) and scenario.imu.rotation is None
+            again = has_remainder(scenario) and scenario.imu.rotation is None and not is_guided(scenario)
             truth = self._in_drawn_gravity(scenario) if again else _truth(scenario)
             with self._lock:
                 self._kept[key] = truth
@@ -221,6 +224,9 @@ def has_remainder(scenario: Scenario) -> bool:
 def _truth(scenario: Scenario) -> Truth:
     from sinssim.scenario.true_motion import true_motion
 
+    if is_guided(scenario):
+        path, guided = closed_loop(scenario)
+        return truth_along(path, scenario, guided)
     return truth_along(true_motion(scenario), scenario)
 
 
