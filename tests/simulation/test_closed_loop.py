@@ -103,6 +103,34 @@ def test_a_late_navigator_flies_on() -> None:
     assert np.ptp(state.height) < 20.0
 
 
+def test_a_flight_into_the_ground_is_a_result(capsys: pytest.CaptureFixture[str]) -> None:
+    """A height that is 150 m too large, and a descent to 100 m: the ground is reached where 150 m are believed."""
+    from rich.console import Console
+
+    from sinssim.recording.console import show
+
+    low = plan().flight
+    assert low is not None
+    start = {"on": "air", "latitude_deg": 0.0, "longitude_deg": 10.0, "altitude_m": 350.0}
+    legs = [{"type": "descend", "altitude_m": 100.0}, {"type": "hold", "duration_s": 60.0}]
+    contents = plan(initial={"height_m": 150.0}).contents()
+    contents["flight"] |= {"start": start, "legs": legs}
+    contents["navigation"]["vertical"] = "free"
+    run = sinssim.run(Scenario.model_validate(contents))
+    assert isinstance(run, sinssim.Run)
+    assert run.summary["status"] == "finished"
+    assert "the aircraft hit the ground" in run.summary["guidance"]["ended_early"]
+    end, aircraft = run.truth.trajectory.end, run.truth.trajectory
+    assert (
+        "touched the ground" in run.summary["guidance"]["ended_early"]
+        or "ground" in run.summary["guidance"]["ended_early"]
+    )
+    assert abs(float(aircraft.state(np.array([end])).height[0])) < 5.0
+    assert run.solutions["quaternion"].height[-1] == pytest.approx(150.0, abs=15.0)
+    show(run.exhibits, Console(width=200))
+    assert "The flight ends early: leg 1 (descend) failed at" in capsys.readouterr().out
+
+
 def test_what_is_not_navigated_is_true() -> None:
     """A navigator with an error in position alone does not guide by attitude."""
     _, guided = closed_loop(plan(initial={"east_m": 200.0}, quantities=("attitude", "velocity", "height")))

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 
 from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact
-from sinssim.analyses.inspection.unit_axes import judge_reading
+from sinssim.analyses.inspection.unit_axes import EXPLAINED, judge_reading
 from sinssim.analyses.inspection.velocity_match import FIXES_IN_WINDOW, Match, Pushed, Seen, match, pushed, scatter
 from sinssim.data import Array
 from sinssim.logs.gps_time import leap_seconds, unix_from_gps
@@ -391,8 +391,8 @@ def _best(
         guesses.append(coarse.value)
     for guess in guesses:
         other = fine_offset(curve, fixes, guess)
-        if other is None:
-            continue
+        if other is None or (best is not None and other.match.residual > EXPLAINED * other.match.moved):
+            continue  # with a wrong unit no offset explains the velocities, and the least residual is chance
         if guess == (None if coarse is None else coarse.value) and not _stands_out(curve, fixes, other):
             other = replace(other, inside=False)
         clearly = 1.0 if best is not None and other.shown and not best[1].shown else _BETTER

@@ -32,7 +32,8 @@ CLEARLY = 2.0
 """Factor by which another reading must reduce the residual before it is believed."""
 _RATE = 25.0  # samples a second are enough for the question
 _WINDOWS = 12  # windows with the largest changes of velocity
-_EXPLAINED = 0.5  # part of the change of velocity that an interpretation may leave over
+EXPLAINED = 0.5
+"""Part of the change of velocity that an interpretation may leave over."""
 _GOOD = 5.0  # residual, in units of the velocities' σ, up to which the offset is trusted
 _MANOEUVRES = 10.0  # in units of the velocities' σ: a change of velocity that tells hypotheses apart
 
@@ -188,7 +189,7 @@ def _judged(stated: Match, best: _Other, by_turns: _Other, window: float, *, ref
         by_turns: the best one that also explains the turns of the course, which the stated one does not.
         refuted: whether the turns refute another one.
     """
-    explained = stated.residual <= _EXPLAINED * stated.moved
+    explained = stated.residual <= EXPLAINED * stated.moved
     numbers: dict[str, Any] = {
         "residual_mps": stated.residual,
         "residual_of_best_other_mps": best.residual,

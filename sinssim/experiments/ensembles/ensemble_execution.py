@@ -415,10 +415,11 @@ class Cluster(Executor[Group]):
         with ExitStack() as stack:
             stack.enter_context(dask.config.set(_SETTINGS))
             if scheduler is None:
-                # one thread a worker: numba's own threads must not run inside several threads of dask
+                # one thread a worker: numba's own threads must not run inside several threads of dask; a scheduler
+                # without a dashboard still has a web server, whose usual port another cluster may have
                 local = LocalCluster(
                     n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None, host="127.0.0.1",
-                    silence_logs=logging.CRITICAL,
+                    scheduler_kwargs={"dashboard_address": "127.0.0.1:0"}, silence_logs=logging.CRITICAL,
                 )  # fmt: skip
                 client = stack.enter_context(Client(stack.enter_context(local)))
             else:

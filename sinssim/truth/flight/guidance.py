@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 TRUTH, AIDED = "truth", "aided"
 """Sources of a flight: the true motion, and the solution of the filter."""
+ENDED = "the flight by its navigator ends early: "
+"""Beginning of the event of a flight that its navigator has led into the ground or out of its envelope."""
+
 Quantity = Literal["position", "height", "velocity", "attitude"]
 
 QUANTITIES: tuple[Quantity, ...] = ("position", "height", "velocity", "attitude")

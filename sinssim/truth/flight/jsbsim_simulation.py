@@ -27,7 +27,7 @@ from sinssim.truth.flight.aircraft import Aircraft, load_aircraft
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.flight_log import CHANNELS, FlightLog, FlightRecord, flight_log, shortfall
 from sinssim.truth.flight.flight_plan import AirStart, FlightPlan, Gust, RunwayStart, Turbulence
-from sinssim.truth.flight.guidance import Navigator, SolutionErrors
+from sinssim.truth.flight.guidance import ENDED, Navigator, SolutionErrors
 from sinssim.truth.flight.jsbsim_model import (
     Engines,
     Monitor,
@@ -261,6 +261,7 @@ class _Flight:
         self._motion = AircraftState()
         self._motion.air = flight.air()
         self._pilot = Autopilot(aircraft, INTERVAL)
+        self._guided = errors is not None
         navigator = None if errors is None else Navigator(errors, INTERVAL)
         self._link = _Link(executive, flight, self._pilot, self._motion, navigator)
         self._watch = Monitor(executive, flight, aircraft).watch
@@ -271,8 +272,13 @@ class _Flight:
     def fly(self) -> FlightRecord:
         """Fly the legs in order, and return the recording."""
         self._engage()
-        for number, leg in enumerate(self._flight.legs, start=1):
-            self._fly_leg(number, leg)
+        try:
+            for number, leg in enumerate(self._flight.legs, start=1):
+                self._fly_leg(number, leg)
+        except InputError as error:
+            if not self._guided or self._motion.time < _LEAST_DURATION:
+                raise
+            self._events.append(FlightEvent(self._motion.time, f"{ENDED}{error}"))  # where its navigator has led it
         time = self._motion.time
         if time < _LEAST_DURATION:
             raise InputError(

@@ -19,9 +19,9 @@ ERRORS = np.array([0.05, -0.02, -0.04, 0.03, -0.05, 0.03])
 """By how much each window's own offset differs, s."""
 
 
-def made(residual: float, each: Array, window: float) -> Match:
+def made(residual: float, each: Array, window: float, moved: float = 1e3) -> Match:
     nothing = np.zeros(len(each))
-    return Match(residual, each, nothing, np.zeros((len(each), 4)), nothing, BIAS, window)
+    return Match(residual, each, nothing, np.zeros((len(each), 4)), nothing, BIAS, window, moved)
 
 
 def of_valley(place: float, noise: dict[float, float], floor: float = 0.1) -> Any:
@@ -74,6 +74,7 @@ def tried(
     leap: float = 0.0,
     coarse: float | None = None,
     stands_out: bool = True,
+    moved: float = 1e3,
 ) -> Any:
     """Return the guess and the offset that are chosen; by guess the value and the residual of the offset near it."""
     asked: list[float] = []
@@ -82,7 +83,7 @@ def tried(
         assert (curve, fixes is FIXES) == ("curve", True)
         asked.append(about)
         given = by_guess[about]
-        return None if given is None else Offset(given[0], 0.001, made(given[1], np.zeros(9), 10.0), True)
+        return None if given is None else Offset(given[0], 0.001, made(given[1], np.zeros(9), 10.0, moved), True)
 
     monkeypatch.setattr(clock_offset, "pushed", lambda *readings: "curve")
     monkeypatch.setattr(clock_offset, "fine_offset", fine)
@@ -121,6 +122,9 @@ def test_which_offset_is_believed(monkeypatch: pytest.MonkeyPatch) -> None:
         two = {5.0: (5.01, 4.0 * good), -13.0: None, 23.0: (23.1, 4.0 * good * ratio)}
         chosen = tried(monkeypatch, two, stated=5.0, leap=18.0)[0]
         assert chosen[1] == value
+    # with a wrong unit nothing explains the velocities: an offset must leave over at most half of their change
+    for moved, value in ((1.99 * good, 5.01), (2.01 * good, 23.1)):
+        assert tried(monkeypatch, others, stated=5.0, leap=18.0, moved=moved)[0][1] == value
 
 
 def test_what_stands_out_of_offsets_far_away(monkeypatch: pytest.MonkeyPatch) -> None:

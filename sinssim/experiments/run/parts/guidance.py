@@ -18,7 +18,7 @@ from sinssim.formatting import number_text
 from sinssim.simulation.navigation_stage import Navigated
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.strapdown.navigation_error import navigation_error
-from sinssim.truth.flight.guidance import AIDED, Guided
+from sinssim.truth.flight.guidance import AIDED, ENDED, Guided
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.units import DEG, fixed
 
@@ -59,6 +59,7 @@ class GuidanceNumbers(TypedDict):
     """The entry of the summary."""
 
     source: str
+    ended_early: str
     moved_m: list[float]
     displacement_max_m: float
     displacement_end_m: float
@@ -107,10 +108,12 @@ class Guidance(Part[GuidanceNumbers]):
         """Return the displacement and the missed waypoints; those of a flight by the filter come with it."""
         guided, path = self._guided
         solution = self._solution()
-        legs, waypoints = [], []
+        legs, waypoints, ended = [], [], ""
         time, values = self.displaced
         size, begin = np.linalg.norm(values[:, :2], axis=1), path.start
         for event in path.events:
+            if event.text.startswith(ENDED):
+                ended = event.text.removeprefix(ENDED)
             if match := _ENDS.fullmatch(event.text):
                 along, right, up = self.displaced.at(event.time)
                 within = size[(time >= begin - 1e-9) & (time <= event.time + 1e-9)]
@@ -125,7 +128,7 @@ class Guidance(Part[GuidanceNumbers]):
                 begin = event.time
                 waypoints += self._missed(int(match[1]), event.time, solution)
         return GuidanceNumbers(
-            source=guided.source, moved_m=list(guided.moved), displacement_max_m=float(size.max()),
+            source=guided.source, ended_early=ended, moved_m=list(guided.moved), displacement_max_m=float(size.max()),
             displacement_end_m=float(size[-1]), legs=legs, waypoints=waypoints,
         )  # fmt: skip
 
@@ -166,6 +169,7 @@ class Guidance(Part[GuidanceNumbers]):
             f"where a perfect navigator would have taken it, at most {number_text(entry['displacement_max_m'])} m.",
             on=("console",),
         )
+        yield from self._early(("console",))
         yield from self._tables(("console",))
 
     def exhibits(self) -> Iterator[Item]:
@@ -182,6 +186,7 @@ class Guidance(Part[GuidanceNumbers]):
             f"{len(self.entry['moved_m']) + 1} times, first by the true motion, then with the errors of the navigator "
             f"on the flight before, which moved the path by {moved}."
         )
+        yield from self._early(("page",))
         yield from self._tables(("page",))
         chart = Chart(
             key="guidance/displacement", title="Displacement from the flight of a perfect navigator", x=x,
@@ -189,13 +194,18 @@ class Guidance(Part[GuidanceNumbers]):
         )  # fmt: skip
         yield Charts("guidance", ((chart,),), (0.5 * PAIR[0], PAIR[1]), on=("page",))
 
+    def _early(self, on: tuple[Medium, ...]) -> Iterator[Item]:
+        if self.entry["ended_early"]:
+            yield Sentence(f"The flight ends early: {self.entry['ended_early']}", "warning", on=on)
+
     def _tables(self, on: tuple[Medium, ...]) -> Iterator[Item]:
         heads = ("navigation error", *_DISPLACED, "largest")
         keys = ("navigation_error_m", "along_m", "right_m", "up_m", "horizontal_max_m")
         columns = (Column("leg", words=True), Column("end", fixed("s"), digits=4),
                    *(Column(head, _METRES, digits=3) for head in heads))  # fmt: skip
         rows = [(leg["leg"], leg["end_s"], *(leg[key] for key in keys)) for leg in self.entry["legs"]]  # type: ignore[literal-required]
-        yield Table(columns, rows, title="Displacement from the flight of a perfect navigator", on=on)
+        if rows:
+            yield Table(columns, rows, title="Displacement from the flight of a perfect navigator", on=on)
         if self.entry["waypoints"]:
             columns = (Column("waypoint", words=True), Column("at", fixed("s"), digits=4),
                        Column("passed to the right by", _METRES, digits=3), Column("left to go", _METRES, digits=3),
