@@ -87,8 +87,8 @@ def test_the_loop_is_closed(drifted: sinssim.Run) -> None:
     assert apart(true_motion(scenario, errors=solution_errors(scenario, path)), path) < NEAR
 
 
-def test_increments_close_on_the_truth_as_those_of_any_flight() -> None:
-    path, _ = closed_loop(plan(initial={"velocity_east_mps": 1.0, "heading_arcmin": 3.0}))
+def test_increments_close_on_the_truth_as_those_of_any_flight(drifted: sinssim.Run) -> None:
+    path = drifted.truth.trajectory
     imu = path.increments(100.0)
     solution = sinssim.navigate(imu, path.state(imu.time[0]), vertical="truth", height=path.state(imu.time).height)
     assert navigation_error(path.state(imu.time), solution).horizontal.max() < 1e-5
@@ -135,8 +135,6 @@ def test_what_is_not_navigated_is_true() -> None:
     """A navigator with an error in position alone does not guide by attitude."""
     _, guided = closed_loop(plan(initial={"east_m": 200.0}, quantities=("attitude", "velocity", "height")))
     assert guided.moved[0] < 0.5
-    _, guided = closed_loop(plan(initial={"east_m": 200.0}, quantities=("position",)))
-    assert guided.moved[0] > 100.0
 
 
 def test_the_console_and_the_report_tell_it(drifted: sinssim.Run, capsys: pytest.CaptureFixture[str]) -> None:

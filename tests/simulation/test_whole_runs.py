@@ -35,9 +35,10 @@ def test_a_cached_flight_is_there_at_once(
         return trajectory
 
     monkeypatch.setattr("sinssim.scenario.true_motion.fly", fly)
-    scenario: Any = SimpleNamespace(flight="f" if flown else None, recording=None)
+    by_truth = SimpleNamespace(guidance=SimpleNamespace(source="truth"))
+    scenario: Any = SimpleNamespace(flight=by_truth if flown else None, recording=None)
     execution = execute.Execution(scenario, None, Stages(lambda stage, fraction: told.append((stage, fraction))))
-    assert execution._fly() is trajectory
+    assert execution._fly() == (trajectory, None)
     assert execution._found == {"flight_cached": cached}
     assert told == [("flight", 0.0), *(("flight", f) for f in fractions), ("flight", 1.0)]
 

@@ -306,6 +306,11 @@ def test_the_navigators_own_earth_is_used() -> None:
     motion = on_a_parallel(0.5, SPEED, 60.0)
     other = fly(motion, ellipsoid="krasovsky-1940")
     assert navigation_error(motion[1], other).horizontal.max() > 0.01
+
+
+@pytest.mark.slow  # a kernel that nothing else compiles
+def test_the_navigators_own_radii_are_used() -> None:
+    motion = on_a_parallel(0.5, SPEED, 60.0)
     simple = fly(motion, curvature="spherical")
     assert navigation_error(motion[1], simple).horizontal.max() > 1.0
 
