@@ -79,6 +79,7 @@ def check_scores(summary, cases):
     assert {"laser-navigation", "laser-standard"} <= {row["grade"] for row in rows}
 
 
+@pytest.mark.slow
 def test_the_ground_study_agrees_where_it_is_linear(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("sinssim.recording.figures.save", lambda figure, path: None)  # drawing takes most of the time
     fine = np.geomspace

@@ -27,6 +27,7 @@ def study(folder: Path, monkeypatch: pytest.MonkeyPatch, *arguments: object) -> 
     return dict(json.loads((folder / "summary.json").read_text()))
 
 
+@pytest.mark.slow
 def test_a_short_part_of_the_drive(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
