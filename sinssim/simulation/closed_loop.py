@@ -133,12 +133,12 @@ def _rate_errors(scenario: Scenario, sensed: Sensed, time: Array) -> Array:
     return rotate(mounting(scenario).q_bs, rate)
 
 
-def apart(one: Trajectory, other: Trajectory) -> float:
+def apart(path: Trajectory, other: Trajectory) -> float:
     """Return the largest distance of two paths at the same instants, m; what only one of them has counts as well."""
-    end = min(one.end, other.end)
-    time = np.append(np.arange(one.start, end, 1.0 / _RATE), end)
-    places = [_place(path, time) for path in (one, other)]
-    whole = [_place(path, np.array([path.end]))[0] for path in (one, other)]
+    end = min(path.end, other.end)
+    time = np.append(np.arange(path.start, end, 1.0 / _RATE), end)
+    places = [_place(flown, time) for flown in (path, other)]
+    whole = [_place(flown, np.array([flown.end]))[0] for flown in (path, other)]
     return float(max(np.linalg.norm(places[0] - places[1], axis=1).max(), np.linalg.norm(whole[0] - whole[1])))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from sinssim.experiments.run.parts.guidance import Guidance
+from sinssim.experiments.run.parts.guided_flight import Guidance
 from sinssim.experiments.run.parts.imu_mounting import OnPlatform, Rotation
 from sinssim.experiments.run.parts.judged_outages import Outages
 from sinssim.experiments.run.parts.phases import Phases
