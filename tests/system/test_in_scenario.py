@@ -177,7 +177,7 @@ def test_an_ensemble_of_an_own_algorithm_in_processes(project: Path, tmp_path: P
     """The runs of a batch, in other processes, have the numbers of single runs; the batch compiles own functions."""
     scenario = load_scenario(project / "scenario.toml", [*SHORT, "ensemble.solution=cayley", "ensemble.runs=4"])
     result = sinssim.ensemble(scenario, directory=tmp_path / "ensemble", workers=2)
-    assert not result.navigated.failures
+    assert not result.failed.any()
     single = sinssim.run(load_scenario(project / "scenario.toml", [*SHORT, f"seed={run_seed(1, 2)}"]))
     assert result.final_horizontal[2] == pytest.approx(single.errors["cayley"].horizontal[-1], rel=1e-9)
     (project / "algorithms" / "cayley.py").write_text(
