@@ -180,7 +180,7 @@ class Store(ABC):
             return None
         try:
             contents = json.loads(file.read_text(encoding="utf-8"))
-            if contents["contents"] != digest_of(contents["numbers"]) or contents["digest"] != digest:
+            if contents["contents"] != contents_digest(contents["numbers"]) or contents["digest"] != digest:
                 raise ValueError("its contents are not those that were written")
             return dict(contents["numbers"])
         except (OSError, ValueError, KeyError, TypeError) as error:
@@ -192,7 +192,7 @@ class Store(ABC):
     def write_part(self, digest: str, numbers: dict[str, Any]) -> None:
         """Keep the numbers of a finished part, as Python's JSON holds them, in a file."""
         with self.writing(f"the {self.KIND.folder} of the {self.KIND.noun} could not be written to"):
-            text = json.dumps({"digest": digest, "contents": digest_of(numbers), "numbers": numbers})
+            text = json.dumps({"digest": digest, "contents": contents_digest(numbers), "numbers": numbers})
             write_text(self.part(digest).with_suffix(".json"), text + "\n")
 
     def free(self) -> float:
@@ -252,7 +252,7 @@ class Store(ABC):
             self._lock = None
 
 
-def digest_of(contents: Any) -> str:
+def contents_digest(contents: Any) -> str:
     """Return the SHA-256 of what JSON can hold."""
     return hashlib.sha256(json.dumps(contents, sort_keys=True).encode()).hexdigest()
 

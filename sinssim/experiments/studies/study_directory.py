@@ -18,7 +18,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.experiments.ensembles.ensemble_plan import contents_of, flight_digest
-from sinssim.experiments.experiment_directory import Kind, Store, digest_of, is_part, other_software, software
+from sinssim.experiments.experiment_directory import Kind, Store, contents_digest, is_part, other_software, software
 from sinssim.experiments.studies.study_results import Case, CoordinateError, ErrorGrowth, Row, StudyResult
 from sinssim.experiments.studies.study_schema import Part, Study, StudyMotion, scenario_of, with_set
 
@@ -62,7 +62,7 @@ def digests(study: Study, part: Part, motion: StudyMotion) -> dict[Case, str]:
 
     how = [motion.duration_s, part.vertical, list(part.coordinates), flight]
     return {
-        case: digest_of(
+        case: contents_digest(
             [
                 {key: value for key, value in asdict(case).items() if key not in ("part", "motion")},
                 contents(case.sensors, case.variant, case.algorithm, case.frame),

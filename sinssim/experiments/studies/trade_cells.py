@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
 import itertools
-import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
@@ -14,6 +12,7 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.experiments.ensembles.ensemble_plan import WITHOUT_EFFECT, flight_digest
+from sinssim.experiments.experiment_directory import contents_digest
 from sinssim.experiments.studies.trade_schema import TradeStudy, toml_text
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.planned_limits import expected_duration
@@ -108,7 +107,7 @@ def digest_of(study: TradeStudy, scenario: Scenario) -> str:
         how = ["budget", study.inertial, quantities, list(study.require)]
     else:
         how = ["ensemble", list(study.instants)]
-    return hashlib.sha256(json.dumps([how, contents, flight_digest(scenario)], sort_keys=True).encode()).hexdigest()
+    return contents_digest([how, contents, flight_digest(scenario)])
 
 
 def place_name(study: TradeStudy, place: Sequence[int], titled: bool = True) -> str:
