@@ -69,7 +69,7 @@ def true_motion(
     if errors is None and flight is not None and flight.guidance.source != TRUTH:
         raise InputError(
             f'flight.guidance.source = "{flight.guidance.source}": the flight follows its navigator, which '
-            f'`sinssim run` and `sinssim ensemble` fly. Set flight.guidance.source = "{TRUTH}" for this.'
+            f'`sinssim run`, `ensemble` and `budget` fly. Set flight.guidance.source = "{TRUTH}" for this.'
         )
     if scenario.one_component is not None:
         raise InputError(

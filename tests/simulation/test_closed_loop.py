@@ -167,9 +167,12 @@ def test_what_cannot_guide_is_refused(change: str, message: str) -> None:
         load_scenario("first_flight", ['navigation.algorithms=["quaternion"]', change])
 
 
-def test_a_budget_is_not_that_of_a_flight_by_its_navigator() -> None:
-    with pytest.raises(InputError, match=r'flight\.guidance\.source = "quaternion": .* `sinssim ensemble` fly'):
-        sinssim.budget(plan())
+def test_a_budget_is_that_of_the_path_by_the_navigator() -> None:
+    """Half a second longer than by the truth is the flight of a late navigator; an alignment has no such flight."""
+    late = plan(latency_s=0.5)
+    assert sinssim.budget(late).time[-1] == pytest.approx(closed_loop(late)[0].end, abs=0.02)
+    with pytest.raises(InputError, match=r'flight\.guidance\.source = "quaternion": .*`ensemble` and `budget` fly'):
+        sinssim.align(late)
 
 
 @pytest.mark.slow

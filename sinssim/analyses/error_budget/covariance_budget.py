@@ -219,12 +219,17 @@ def _budget(
     """Compute a budget; see `budget`."""
     kind = check_kind(scenario, solution)
     check_times(scenario)
+    from sinssim.simulation.closed_loop import closed_loop, is_guided
+    from sinssim.simulation.truth_and_sensors import truth_along
+
     if scenario.filter is not None:
         from sinssim.scenario.filter_model import with_states
 
         scenario = with_states(scenario)
     say("flight", 0.0)
     normal = in_normal_gravity(scenario)  # what the field does is a source
+    if truth is None and is_guided(scenario):
+        truth = truth_along(closed_loop(scenario, lambda fraction: say("flight", fraction))[0], scenario)
     trajectory = truth.trajectory if truth else fly(normal, lambda fraction: say("flight", fraction))
     if isinstance(trajectory, Disturbed):
         trajectory, truth = trajectory.base, None
