@@ -31,7 +31,7 @@ demo: $(KERNELS)
 # Two processes share the tests; two threads of linear algebra in each would wait for each other. The processes that
 # tests start load the package from its bytecode.
 test: export OPENBLAS_NUM_THREADS = 1
-test test-slow: export PYTHONDONTWRITEBYTECODE =
+setup test test-slow: export PYTHONDONTWRITEBYTECODE =
 test: $(STUDIES)
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
@@ -107,6 +107,7 @@ $(KERNELS): $(READY) $(CODE)
 	@touch $@
 
 $(STUDIES): $(KERNELS)
-	@echo "Compiling the kernels of ensembles and studies (once) ..."
+	@echo "Compiling the kernels of ensembles and studies, and the tests (once) ..."
 	@$(BIN)/python -m sinssim.cli.precompile --studies
+	@$(BIN)/python -m pytest --collect-only --quiet > /dev/null  # writes their bytecode, with rewritten assertions
 	@touch $@

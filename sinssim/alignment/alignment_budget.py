@@ -23,7 +23,7 @@ from __future__ import annotations
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from sinssim.alignment.parked_theory import (
     EQUATOR,
@@ -309,24 +309,30 @@ def bias_takes_over(
     Raises:
         InputError: as for `error_budget`.
     """
-    shape = np.broadcast_shapes(*(np.shape(value) for value in (*attitude, latitude, gravity) if value is not None))
-    count = len(Angles._fields)
-    low, high = np.full((count, *shape), _SHORTEST), np.full((count, *shape), _LONGEST)  # one row per angle
+    from scipy.optimize.elementwise import find_root
+
+    place = (*attitude, latitude, local_gravity(np.asarray(latitude, float), gravity))
+    places = np.broadcast_arrays(*(np.asarray(value, float) for value in place))
     steady = tuple(source for source in SOURCES if source not in AVERAGED)
-    for _ in range(80):  # bisection in the logarithm
-        middle = np.sqrt(low * high)
+    tiny = np.finfo(float).tiny
+
+    def ratio(log_time: Array, angle: NDArray[np.intp], *place: Array) -> Array:
+        """Return the logarithm of the averaged errors over the others, of one angle at each place."""
         budget = error_budget(
-            attitude, latitude, sigma, middle, method=method, gravity=gravity, start=start, rate_hz=rate_hz
-        )
+            Attitude(*place[:3]), place[3], sigma, np.exp(log_time), method=method, gravity=place[4], start=start,
+            rate_hz=rate_hz,
+        )  # fmt: skip
         averaged, lasting = (
-            np.stack([np.broadcast_to(value, middle.shape)[k] for k, value in enumerate(total(budget, sources))])
+            np.choose(angle, [np.broadcast_to(value, angle.shape) for value in total(budget, sources)])
             for sources in (AVERAGED, steady)
         )
-        noisy, before = averaged > lasting, (low, high)
-        low, high = np.where(noisy, middle, low), np.where(noisy, high, middle)
-        if np.array_equal(before, (low, high)):  # neighbouring numbers
-            break
-    return Angles(*np.where(low > 0.99 * _LONGEST, np.inf, np.where(high < 1.01 * _SHORTEST, 0.0, high)))
+        # where nothing acts, it is negative
+        return np.asarray(np.log(np.maximum(averaged, tiny)) - np.log(np.maximum(lasting, 2.0 * tiny)))
+
+    rows = np.arange(len(Angles._fields)).reshape(-1, *(1,) * places[0].ndim)
+    ends = np.log(_SHORTEST), np.log(_LONGEST)
+    found = find_root(ratio, ends, args=(rows, *places))
+    return Angles(*np.where(found.success, np.exp(found.x), np.where(found.f_bracket[1] > 0.0, np.inf, 0.0)))
 
 
 class BestHeadings(NamedTuple):
