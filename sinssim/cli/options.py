@@ -95,6 +95,25 @@ Debug = Annotated[
 ]
 
 
+def _allow(allowed: bool) -> bool:
+    """Allow the programs of scenarios."""
+    if allowed:
+        from sinssim.simulation.foreign_navigator import allow_programs
+
+        allow_programs()
+    return allowed
+
+
+AllowPrograms = Annotated[
+    bool,
+    typer.Option(
+        "--allow-programs",
+        callback=_allow,
+        help="Start the programs and libraries that the scenario names as navigators.",
+    ),
+]
+
+
 def out_option(folder: str) -> Any:
     """Return the option --out of a command that writes to a `folder` by default."""
     return typer.Option("--out", "-o", metavar="DIR", help="Output directory.", show_default=folder)

@@ -133,7 +133,7 @@ def _of_triads(s: Tables) -> str:
 
 def _solution(s: Tables) -> str:
     solution = s.ensemble.solution if s.ensemble else None
-    known = [*s.navigation.algorithms, *(["aided"] if s.filter else [])]
+    known = [*s.solution_names, *(["aided"] if s.filter else [])]
     return "" if solution is None or solution in known else f": {unknown_name('solution', solution, known)}"
 
 
@@ -158,12 +158,40 @@ def _model(s: Tables) -> str:
 def _not_computed(s: Tables) -> str:
     """Return why the source of the guidance has no solution; "" if it has one."""
     source = "" if s.flight is None else s.flight.guidance.source
-    if source in ("", TRUTH, *s.navigation.algorithms) or (source == AIDED and s.filter):
+    if source in ("", TRUTH, *s.solution_names) or (source == AIDED and s.filter):
         return ""
     if source == AIDED:
         return 'flight.guidance.source = "aided" needs a [filter]: add one, or name an algorithm of [navigation]'
-    known = listed([*s.navigation.algorithms, *([AIDED] if s.filter else [])], "or")
+    known = listed([*s.solution_names, *([AIDED] if s.filter else [])], "or")
     return f'flight.guidance.source = "{source}" is not computed in this scenario: it has {known}'
+
+
+def _inputs(s: Tables) -> set[str]:
+    """Return what the navigators of others get."""
+    return {name for navigator in s.navigator for name in navigator.inputs}
+
+
+def _unknown_input(s: Tables) -> str:
+    """Return an input of another navigator that the scenario does not have."""
+    known = ["imu", *(s.aiding.sensors() if s.aiding else ())]
+    if s.log is not None:
+        known += [*(["gnss"] if s.log.gnss else []), *(other.name for other in s.log.others)]
+    for number, navigator in enumerate(s.navigator, start=1):
+        for name in navigator.inputs:
+            if name not in known:
+                return f"{number}.inputs: {unknown_name('input', name, known)}".rstrip(".")
+    return ""
+
+
+def _unused(s: Tables) -> bool:
+    """Return whether an aiding sensor beside a barometer is used by nothing."""
+    return bool(s.aiding and not s.filter and set(s.aiding.sensors()) - _inputs(s) - {"baro"})
+
+
+def _unused_barometer(s: Tables) -> bool:
+    """Return whether a barometer is used by nothing."""
+    idle = not s.filter and s.navigation.vertical != "baro-loop" and "baro" not in _inputs(s)
+    return bool(s.aiding and idle and "baro" in s.aiding.sensors())
 
 
 DEPENDENCIES: Rules = (
@@ -209,9 +237,8 @@ DEPENDENCIES: Rules = (
     # a filter
     (lambda s: s.filter and not s.aiding and not s.source.has_readings and ("log" if s.source.recorded else "aiding"),
      "[filter] needs an aiding sensor: add one, for example [{it}.gnss]"),
-    (lambda s: s.aiding and not s.filter and list(s.aiding.sensors()) != ["baro"],
-     "[aiding] needs a [filter] that uses it: add [filter]; its keys have defaults"),
-    (lambda s: s.aiding and not s.filter and s.navigation.vertical != "baro-loop",
+    (_unused, "[aiding] needs a [filter] that uses it: add [filter]; its keys have defaults"),
+    (_unused_barometer,
      '[aiding.baro] is not used: add [filter], or navigation.vertical = "baro-loop"'),
     (lambda s: s.filter and s.imu.sensor_set.type == PLATFORM,
      "[filter] estimates the errors of gyros and accelerometers fixed to the vehicle; on a platform they act about its "
@@ -222,6 +249,12 @@ DEPENDENCIES: Rules = (
      and ("backward" if s.filter.backward else "vibration_noise" if s.filter.vibration_noise else ""),
      "filter.{it} is not possible with a redundant set, whose combination and noise change at each exclusion of a "
      'sensor: remove it, or imu.sensor_set.type = "redundant"'),
+    # navigators of others
+    (_unknown_input, "navigator.{it}"),
+    (lambda s: s.navigator and s.imu.rotation,
+     "[[navigator]] navigates on sensors fixed to the vehicle, but the IMU rotates: remove it, or [imu.rotation]"),
+    (lambda s: s.navigator and s.imu.sensor_set.type in ("attitude-sensor", PLATFORM),
+     '[[navigator]] navigates on strapdown increments; imu.sensor_set.type = "{s.imu.sensor_set.type}" has none'),
     # an alignment of the navigators
     (lambda s: s.navigation.alignment and s.source.recorded,
      "navigation.alignment is for simulated sensors; for [log] give filter.alignment and filter.alignment_s"),

@@ -221,18 +221,19 @@ def _products(scenario: Scenario) -> Iterator[str]:
 def inertial_sigma(scenario: Scenario, factor: float | None = None) -> ImuErrors:
     """Return the standard deviations of the inertial sensors' errors that a scenario's filter assumes.
 
-    The noises are multiplied by the factor, by default `inertial_noise_factor` of the section.
+    The noises are multiplied by the factor, by default `inertial_noise_factor` of the filter, which must be there then.
     """
     from sinssim.alignment.alignment_budget import expected_errors
 
-    assert scenario.filter is not None
     imu, calibrated = scenario.imu, scenario.compensation
     noise = left = expected_errors(imu)
     single = imu.sensor_set.type == "redundant"  # each sensor is compensated by itself
     if single:
         left = noise if calibrated is None else expected_errors(calibrated.left(imu))
         imu = imu.model_copy(update={"faults": ()})  # the monitoring excludes a faulty sensor
-    factor = scenario.filter.inertial_noise_factor if factor is None else factor
+    if factor is None:
+        assert scenario.filter is not None
+        factor = scenario.filter.inertial_noise_factor
 
     def size(term: ErrorTerm) -> Array:
         """Return fixed and random part together, after the calibration."""

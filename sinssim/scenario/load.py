@@ -102,6 +102,10 @@ def _files_from(data: dict[str, Any], folder: Path) -> None:
     for table in (data.get("track"), data.get("gravity"), data.get("compensation")):
         if isinstance(table, dict) and isinstance(table.get("file"), str):
             table["file"] = str(folder.resolve() / table["file"])
+    navigators = data.get("navigator")
+    for table in navigators if isinstance(navigators, list) else ():
+        if isinstance(table, dict):
+            _programs_from(table, folder.resolve())
     flight = data.get("flight")
     if isinstance(flight, dict) and isinstance(flight.get("aircraft"), str):
         beside = str(folder.resolve() / flight["aircraft"])
@@ -110,6 +114,21 @@ def _files_from(data: dict[str, Any], folder: Path) -> None:
     views = data.get("views")
     if isinstance(views, list):
         data["views"] = [str(folder.resolve() / view) if isinstance(view, str) else view for view in views]
+
+
+def _programs_from(table: dict[str, Any], folder: Path) -> None:
+    """Replace the relative paths of a navigator by absolute ones: of what is started, and of arguments that are files
+    beside the scenario."""
+    if isinstance(table.get("library"), str):
+        table["library"] = str(folder / Path(table["library"]).expanduser())
+    command = table.get("command")
+    if not (isinstance(command, list) and all(isinstance(word, str) for word in command)):
+        return
+    first = [str(folder / Path(word).expanduser()) if "/" in word else word for word in command[:1]]
+    table["command"] = [
+        *first,
+        *(str(folder / word) if os.path.isfile(folder / word) else word for word in command[1:]),
+    ]
 
 
 def override(data: dict[str, Any], setting: str) -> str:
@@ -233,6 +252,8 @@ def warn_of_changes(scenario_file: Path, use: Any) -> None:
             how = f"--grade {copies / 'grades' / Path(entry['file']).name}"
         elif entry["kind"] == "aircraft":
             how = f"--set flight.aircraft={copies / 'aircraft' / entry['name']}"
+        elif entry["kind"] == "navigators":
+            how = f"in its [[navigator]], {copies / 'navigators' / entry['name'] / Path(entry['file']).name}"
         else:
             how = f"--set 'use=[\"{copies}\"]'"
         logger.warning(

@@ -1,4 +1,4 @@
-"""The table [navigation] of a scenario: algorithms, frame, vertical channel, rates, and initial errors of the state.
+"""The tables [navigation] and [[navigator]] of a scenario: sinssim's navigators with their initial errors, and others.
 
 The named choices (ellipsoid, frame, radii, vertical channel) are shared with other tables.
 """
@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import math
 import re
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
@@ -22,7 +24,19 @@ from sinssim.errors import InputError
 from sinssim.frames import BARO_TIME_CONSTANT, CURVATURES, FRAMES, OF_TRUTH, SLOW_QUANTITIES, VERTICALS
 from sinssim.strapdown.mechanization import Mechanization
 from sinssim.system.registries import ensure
-from sinssim.toml_section import Latitude, Longitude, Offset, Rate, Section, Speed, Spread, Velocity, known_name, once
+from sinssim.toml_section import (
+    Keys,
+    Latitude,
+    Longitude,
+    Offset,
+    Rate,
+    Section,
+    Speed,
+    Spread,
+    Velocity,
+    known_name,
+    once,
+)
 from sinssim.truth.motion import Gravity
 from sinssim.units import ARCMIN
 
@@ -232,6 +246,64 @@ class NavigationSection(Section):
         if 1.0 - abs(cosine) < 1e-12:
             raise ValueError("A and B of the route coincide or are antipodal, so they do not determine a great circle")
         return route
+
+
+_TAKEN = ("truth", "reference", "ideal", "measured", "compensated", "aided", "smoothed", "backward")
+"""Names of other motions and readings of a run."""
+
+
+class NavigatorSection(Section):
+    """A navigator of somebody else, a program or a shared library, whose solution is one of the run's."""
+
+    exactly_one = (Keys(("command", "library"), "command names a program, library a shared library"),)
+    rules = (
+        (lambda s: s.name in (*_TAKEN, *SCENARIO_ALGORITHMS),
+         'name = "{s.name}" is the name of another solution of a run: choose another'),
+        (lambda s: "imu" not in s.inputs,
+         'inputs must have "imu": a solution belongs to the inertial samples; for example ["imu", "gnss"]'),
+        (lambda s: s.library is not None and s.form == "text",
+         'form = "text" is for programs; a library takes binary blocks: remove it'),
+    )  # fmt: skip
+
+    name: str = Field(
+        pattern=r"^[A-Za-z][\w-]*$", max_length=40, description="name of its solution in tables, plots and files"
+    )
+    command: Annotated[tuple[str, ...], Field(min_length=1)] | None = Field(
+        default=None,
+        description="a program with its arguments, run without a shell; a path with / is relative to this file, a name "
+        "without / is looked up in PATH",
+    )
+    library: str | None = Field(default=None, description="a shared library; its path is relative to this file")
+    inputs: Annotated[tuple[str, ...], once("input")] = Field(
+        default=("imu",), description='what it gets: "imu", and tables of [aiding], or names of recorded sensors'
+    )
+    imu_as: Literal["increments", "rates"] = Field(
+        default="increments",
+        description="samples as increments, or as mean rates and specific forces over the interval",
+    )
+    form: Literal["binary", "text"] = Field(default="binary", description="form of the messages")
+    step: Literal["bulk", "stepwise"] = Field(
+        default="bulk",
+        description="bulk: it answers when it likes; stepwise: it answers each sample before it gets the next one",
+    )
+    timeout_s: Annotated[float, Field(gt=0.0, le=86_400.0)] = Field(
+        default=60.0, description="longest time in which it neither reads nor answers; then it is ended"
+    )
+
+    @property
+    def file(self) -> Path | None:
+        """The file that is started or loaded; None for a program that is not there."""
+        first = self.library or (self.command or ("",))[0]
+        if self.library is None and "/" not in first:
+            there = shutil.which(first)
+            return None if there is None else Path(there)
+        return Path(first) if Path(first).is_file() else None
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Its files that the scenario names by their paths, on which its numbers depend."""
+        names = (self.library,) if self.library is not None else self.command or ()
+        return tuple(Path(name) for name in names if Path(name).is_absolute() and Path(name).is_file())
 
 
 def initial_state_with_errors(

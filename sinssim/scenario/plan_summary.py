@@ -50,7 +50,7 @@ class OwnFile:
     @property
     def place(self) -> str:
         """Its place in a project folder, for example "algorithms/midpoint.py"."""
-        file = f"{self.item.name}/" if self.item.kind == "aircraft" else ""
+        file = f"{self.item.name}/" if self.item.kind in ("aircraft", "navigators") else ""
         return f"{self.item.kind}/{file}{self.item.file.name}"
 
     def to_json(self) -> dict[str, str]:
@@ -71,6 +71,7 @@ def own_files(scenario: Tables) -> list[OwnFile]:
     if scenario.flight is not None:
         file = find_content("aircraft", scenario.flight.aircraft)
         items.append(Item("aircraft", file.parent.name, file))
+    items += [Item("navigators", navigator.name, file) for navigator in scenario.navigator for file in navigator.files]
     shipped = [package_content(kind).resolve() for kind in ("grades", "aircraft")]
     items_outside = [item for item in items if not any(folder in item.file.resolve().parents for folder in shipped)]
     return [OwnFile(item, source_of(item)) for item in dict.fromkeys(items_outside)]
@@ -111,6 +112,9 @@ def plan_lines(scenario: Tables) -> Iterator[str]:
         for name, sensor in scenario.aiding.sensors().items():
             yield f"aiding      {name}, {sensor.rate_hz:g} Hz; {given(sensor, 'rate_hz') or 'all by default'}"
     yield f"navigation  {', '.join(navigation.algorithms)}; {given(navigation, 'algorithms') or 'all by default'}"
+    for navigator in scenario.navigator:
+        started = navigator.library or " ".join(navigator.command or ())
+        yield f"navigator   {navigator.name}, {', '.join(navigator.inputs)}; {started}"
     if not scenario.source.recorded:
         yield f"height      {height_words(scenario)}"
     if scenario.filter is not None:

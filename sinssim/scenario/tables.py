@@ -35,13 +35,13 @@ from sinssim.logs.log_settings import Log
 from sinssim.logs.track_motion import Track
 from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.scenario.filter_section import AidingSection, FilterSection
-from sinssim.scenario.navigation_section import NavigationSection
+from sinssim.scenario.navigation_section import NavigationSection, NavigatorSection
 from sinssim.sensors.imu.compensation import Compensation
 from sinssim.sensors.imu.imu import Imu
 from sinssim.system.extensions import Item, items_of
 from sinssim.system.registries import register, registered
 from sinssim.toml_file import ONE_OF_SEVERAL
-from sinssim.toml_section import Moment, Name, Section, Sentence, known_name
+from sinssim.toml_section import Moment, Name, Section, Sentence, known_name, once
 from sinssim.truth.flight.flight import Flight
 from sinssim.truth.motion import TrueEarth
 from sinssim.truth.motions.analytic import ClosedFormMotion
@@ -274,6 +274,7 @@ IN_SPACE = (
     "compensation",
     "aiding",
     "navigation",
+    "navigator",
     "filter",
     "output",
     "ensemble",
@@ -322,6 +323,10 @@ class Tables(Section):
     compensation: Compensation | None = None
     aiding: SerializeAsAny[AidingSection] | None = None
     navigation: NavigationSection = Field(default=NavigationSection())
+    navigator: Annotated[tuple[NavigatorSection, ...], once("name", lambda navigator: navigator.name)] = Field(
+        default=(),
+        description="navigators of others, whose solutions are those of the run, too; see foreign-navigators.md",
+    )
     filter: FilterSection | None = None
     output: OutputSection = Field(default=OutputSection())
     recording: RecordingSection = Field(default=RecordingSection())
@@ -372,6 +377,11 @@ class Tables(Section):
         """The coordinates to record, given or those of the frame."""
         given = self.output.coordinates
         return OF_FRAME.get(self.navigation.frame, ()) if given is None else given
+
+    @property
+    def solution_names(self) -> tuple[str, ...]:
+        """The inertial solutions: those of the algorithms, and those of other navigators."""
+        return (*self.navigation.algorithms, *(navigator.name for navigator in self.navigator))
 
     @classmethod
     def file_keys(cls) -> dict[str, FieldInfo]:

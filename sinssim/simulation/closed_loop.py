@@ -89,7 +89,7 @@ def solution_errors(scenario: Scenario, path: Trajectory) -> SolutionErrors:
     assert scenario.flight is not None
     guidance = scenario.flight.guidance
     sensed = sense(scenario, truth_along(path, scenario))
-    if guidance.source in scenario.navigation.algorithms:
+    if guidance.source in scenario.solution_names:
         solution = navigate(by_one(scenario, guidance.source), sensed).solutions[guidance.source]
     else:
         solution = aid(scenario, sensed).estimate.solution

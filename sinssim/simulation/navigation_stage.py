@@ -236,10 +236,15 @@ class Navigated:
         """Navigation solutions by algorithm, for those that have one."""
         return self._solved[0]
 
+    @property
+    def lacking(self) -> dict[str, RunError]:
+        """Errors of algorithms and navigators without a solution."""
+        return self._solved[1]
+
     @cached_property
     def failures(self) -> dict[str, RunError]:
         """Errors of algorithms whose solution is missing, incomplete or not finite."""
-        return {**self._solved[1], **(diverged(self.errors) if isinstance(self.truth, Truth) else {})}
+        return {**self.lacking, **(diverged(self.errors) if isinstance(self.truth, Truth) else {})}
 
     @cached_property
     def axes(self) -> str:
@@ -310,10 +315,11 @@ def what_if(navigated: Navigated, algorithm: str, imu: ImuData, scenario: Scenar
         return None
 
 
-def by_one(scenario: Scenario, algorithm: str) -> Scenario:
-    """Return a scenario that navigates by one of its algorithms alone."""
-    navigation = scenario.navigation.model_copy(update={"algorithms": (algorithm,)})
-    return scenario.model_copy(update={"navigation": navigation})
+def by_one(scenario: Scenario, name: str) -> Scenario:
+    """Return a scenario that navigates by one of its algorithms, or one of the navigators of others, alone."""
+    others = tuple(navigator for navigator in scenario.navigator if navigator.name == name)
+    navigation = scenario.navigation.model_copy(update={"algorithms": () if others else (name,)})
+    return scenario.model_copy(update={"navigation": navigation, "navigator": others})
 
 
 def solve(
@@ -324,7 +330,7 @@ def solve(
     height: Array | HeightReadings | None,
     errors: TrueErrors | None = None,
 ) -> tuple[dict[str, NavSolution], dict[str, RunError]]:
-    """Navigate by every algorithm in parallel, as the kernels release the interpreter's lock.
+    """Navigate by every algorithm in parallel, as the kernels release the interpreter's lock, and by other navigators.
 
     Args:
         truth: the true motion, or what is known of a recorded one, for the initial state.
@@ -353,12 +359,16 @@ def solve(
         except RunError as error:
             return error
 
-    if len(section.algorithms) == 1 and threading.current_thread() is not threading.main_thread():
+    if len(section.algorithms) <= 1 and threading.current_thread() is not threading.main_thread():
         # a run of an ensemble: Ctrl-C does not wait for this thread
-        results = {name: by(name) for name in section.algorithms}
+        results: dict[str, NavSolution | RunError] = {name: by(name) for name in section.algorithms}
     else:
         with thread_pool(os.cpu_count()) as pool:
             results = dict(zip(section.algorithms, pool.map(by, section.algorithms), strict=True))
+    if scenario.navigator:
+        from sinssim.simulation.foreign_navigator import foreign_solutions
+
+        results |= foreign_solutions(scenario, truth, imu, setup.imu, setup.initial)
     failures = {name: result for name, result in results.items() if isinstance(result, RunError)}
     goes_on = isinstance(truth, RecordedMotion) and scenario.filter is not None  # without them: a long log of a phone
     if len(failures) == len(results) and not goes_on:

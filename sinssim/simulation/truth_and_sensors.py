@@ -108,8 +108,8 @@ class Truth:
 
         The states of all rows are computed first: a single row may have other last bits than in an array.
         """
-        # the solution of an algorithm that takes several samples at once has fewer rows
-        there = self.state if len(solution.time) == len(self.time) else self.trajectory.state(solution.time)
+        # an algorithm that takes several samples at once has fewer rows, and a navigator of others any instants
+        there = self.state if np.array_equal(solution.time, self.time) else self.trajectory.state(solution.time)
         if rows is not None:
             there = replace(there, **{name: value[rows] for name, value in vars(there).items()})
             kept = {name: getattr(solution, name)[rows] for name in _ROWS}

@@ -64,7 +64,7 @@ class Item:
     @property
     def words(self) -> str:
         """What it is, for messages: "attitude algorithm midpoint"."""
-        return f"{SINGULAR[self.kind]} {self.name}"
+        return f"{SINGULAR.get(self.kind, 'navigator')} {self.name}"
 
 
 @dataclass(frozen=True)

@@ -141,7 +141,7 @@ def of_algorithm(scenario: Scenario, motion: TrueMotion, outputs: Array) -> Arra
     )
     # that of the block, whose attitude is not turned out: errors of its encoders are sources of their own
     block = scenario.imu.model_copy(update={"rotation": None})
-    plain = scenario.model_copy(update={"navigation": exact, "imu": block})
+    plain = scenario.model_copy(update={"navigation": exact, "navigator": (), "imu": block})
     trajectory, height = motion.trajectory, motion.state.height
     increments = perfect_increments(trajectory, motion.ideal, scenario.imu)
     truth = Truth.along(trajectory, trajectory, scenario.imu.rate_hz, motion.ideal, motion.state)

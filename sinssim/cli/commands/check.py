@@ -102,6 +102,10 @@ def _check_simulation(plan: Scenario, as_json: bool) -> None:
         from sinssim.strapdown.engine_assembly import check_own_files
 
         check_own_files(plan.navigation.algorithms, plan.navigation.frame)
+    if plan.navigator:
+        from sinssim.simulation.foreign_navigator import check_programs
+
+        check_programs(plan, to_start=False)
     check_limits(plan)
     resolved, about_filter = plan, list[str]()
     if plan.filter is not None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from sinssim.cli.options import (
+    AllowPrograms,
     Debug,
     GradeOption,
     Json,
@@ -84,6 +85,7 @@ def run(
     keep: Keep = None,
     recording: Detail = None,
     trial: Trial = True,
+    allow_programs: AllowPrograms = False,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,

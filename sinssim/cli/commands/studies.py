@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sinssim.cli.options import (
+    AllowPrograms,
     AtTimes,
     Debug,
     GradeOption,
@@ -84,6 +85,7 @@ def ensemble(
     until_decided: UntilDecided = False,
     at: AtTimes = None,
     sheet: Sheet = False,
+    allow_programs: AllowPrograms = False,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -188,6 +190,7 @@ def compare(
     threads: StudyThreads = None,
     limit_minutes: LimitMinutes = 30.0,
     overwrite: Annotated[bool, overwrite_option("an existing study")] = False,
+    allow_programs: AllowPrograms = False,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -274,6 +277,7 @@ def budget(
     at: AtTimes = None,
     inertial: Inertial = False,
     overwrite: Annotated[bool, overwrite_option("an existing budget")] = False,
+    allow_programs: AllowPrograms = False,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,

@@ -69,6 +69,8 @@ def why_algorithm_unsupported(algorithm: str) -> str | None:
 def why_unsupported(scenario: Scenario) -> str | None:
     """Return the first reason why the batch does not support a scenario, as a clause; None if it does."""
     navigation, imu = scenario.navigation, scenario.imu
+    if scenario.navigator:
+        return "a navigator of somebody else is a program of each run"
     if scenario.one_component is not None:
         return "it has one component"
     if scenario.filter is not None:

@@ -24,6 +24,7 @@ from sinssim.experiments.ensembles.ensemble_errors import WITHIN
 from sinssim.scenario.ensemble_section import Choice, Normal, Uniform
 from sinssim.scenario.plan_summary import own_digests
 from sinssim.simulation.closed_loop import closed_loop, is_guided
+from sinssim.simulation.foreign_navigator import check_programs
 from sinssim.simulation.truth_and_sensors import Truth, truth_along
 from sinssim.system.short_repr import short_repr
 
@@ -342,6 +343,7 @@ def make_plan(
     solution = (section.solution if section else None) or (
         AIDED if scenario.filter is not None else scenario.navigation.algorithms[0]
     )
+    check_programs(scenario)
     check_times(scenario)
     blocks = _blocks(scenario) if solution == AIDED else {}
     check_route(scenario)

@@ -32,6 +32,7 @@ from sinssim.recording.streams import Stream, Vector
 from sinssim.scenario.ensemble_section import MOST_RUNS, EnsembleSection
 from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.planned_limits import warn_of_limits
+from sinssim.simulation.foreign_navigator import end_programs
 from sinssim.statistics.requirements import parse_requirements
 from sinssim.system.outputs import Draft
 from sinssim.system.process import give_back_memory, machine_memory
@@ -258,6 +259,7 @@ class Workers:
             work_through(groups, executor, lambda group, _: counter.count(group.runs, len(group.runs)),
                          lambda group, finished: counter.count(group.runs, finished))  # fmt: skip
         except BaseException:
+            end_programs()
             self.stop()
             raise
 

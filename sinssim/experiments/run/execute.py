@@ -26,7 +26,7 @@ from sinssim.experiments.run.filter_exhibits import filter_exhibits
 from sinssim.experiments.run.filter_summary import filter_numbers
 from sinssim.experiments.run.parts import parts_of
 from sinssim.experiments.run.parts.recorded_sensors import best_solution
-from sinssim.experiments.run.run_files import RunWriter, about, keep
+from sinssim.experiments.run.run_files import RunWriter, about, keep, write_messages
 from sinssim.experiments.run.run_report import first_sections, run_exhibits
 from sinssim.experiments.run.run_result import PlaneRun, Reached, Run
 from sinssim.experiments.run.run_streams import streams_of_run
@@ -38,6 +38,7 @@ from sinssim.recording.result import Media, RunDirectory, flagged, plain
 from sinssim.recording.streams import Stream
 from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.planned_limits import check_route, check_route_flown, check_times, warn_of_limits
+from sinssim.simulation.foreign_navigator import check_programs, ended_with_errors, messages_of
 from sinssim.simulation.navigation_stage import Navigated, aid, before_navigation, best_reference, navigate
 from sinssim.simulation.truth_and_sensors import (
     STAGES,
@@ -102,7 +103,8 @@ def run(
     """
     scenario = as_scenario(scenario, overrides)
     check_own_files(scenario.navigation.algorithms, scenario.navigation.frame)
-    with shown(progress, STAGES) as report:
+    check_programs(scenario)
+    with shown(progress, STAGES) as report, ended_with_errors():
         return _run(scenario, directory, overwrite, Stages(report))
 
 
@@ -250,6 +252,9 @@ class Execution:
                     self._writer.parts(self.reached.parts)
                 raise
         self.reached = replace(self.reached, last=navigated)
+        if self._folder is not None:
+            with self._folder.writing():
+                write_messages(self._folder.path, messages_of(navigated.solutions, navigated.lacking))
 
     def _compare(self) -> None:
         """Compare the solutions with the truth or the best reference, and compute what only some runs have."""
@@ -264,7 +269,7 @@ class Execution:
             errors = navigated.errors
             self._numbers = {
                 name: numbers_of(partial(list, [errors[name]])) if name in errors else NO_NUMBERS
-                for name in self._scenario.navigation.algorithms
+                for name in self._scenario.solution_names
             }
             self._found["failures"] = failure_numbers(navigated.failures)
             self._found["singularities"] = plain(passage_numbers(navigated.solutions))
@@ -405,6 +410,7 @@ def rehearse(scenario: Scenario) -> None:
     """Load the modules that a run needs after its flight, and compile missing kernels, by a short flight."""
     from sinssim.truth.curve import Curve
 
+    scenario = scenario.model_copy(update={"navigator": ()})
     interval = 1.0 / scenario.imu.rate_hz
     knots = interval * np.arange(101)
     position = geodetic_to_ecef(0.8 + 1e-5 * knots, 0.2 + 1e-5 * knots, np.full(len(knots), 1000.0))

@@ -96,6 +96,13 @@ def keep(
         return folder.keep(beside=beside)
 
 
+def write_messages(folder: Path, messages: Mapping[str, str]) -> None:
+    """Write the standard error of navigators of others to files of their names."""
+    for name, text in messages.items():
+        (folder / "navigators").mkdir(exist_ok=True)
+        write_text(folder / "navigators" / f"{name}.txt", text)
+
+
 class RunWriter:
     """Writes `recording.rrd` and `streams/*.parquet`; as a context manager it leaves both valid however it ends."""
 
@@ -118,7 +125,7 @@ class RunWriter:
             scenario.name,
             float(time[0]),
             float(time[-1]),
-            scenario.navigation.algorithms,
+            scenario.solution_names,
             labels={
                 "height_scale": str(self._scene.height_scale),
                 "events": "yes" if self._events else "no",

@@ -1,0 +1,393 @@
+"""Navigators of others: what they get, what their answers become, each fault, and what is started."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import struct
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sinssim
+from sinssim.content import package_content
+from sinssim.data import ImuData, Measurements
+from sinssim.errors import InputError
+from sinssim.scenario import Scenario, load_scenario
+from sinssim.scenario.navigation_section import NavigatorSection
+from sinssim.simulation.foreign_navigator import VARIABLE, check_programs, end_programs, foreign_solutions
+from sinssim.simulation.navigator_protocol import Feed
+
+TEMPLATES = package_content("scenarios") / "new_navigator"
+MOST = 5000
+
+PROGRAM = '''
+import os, struct, sys, time
+fault, text = sys.argv[1], len(sys.argv) > 2
+read, out = sys.stdin.buffer.read, sys.stdout.buffer
+STATE = (0.8, 0.2, 100.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+def answer(t, state=STATE):
+    out.write(struct.pack("<HHI11d", 6, 0, 88, t, *state)); out.flush()
+print("begun", fault, file=sys.stderr, flush=True)
+if fault == "exits": sys.exit(3)
+if fault == "killed": os.kill(os.getpid(), 11)
+if fault == "hangs": time.sleep(60)
+if fault == "no header": print("latitude 0.8 0.2 100.0 0 0 0"); sys.exit()
+read(16)
+out.write(struct.pack("<8sII", b"SINSSIM\\0", 2 if fault == "version" else 1, 0))
+if fault == "kind": out.write(struct.pack("<HHI", 9, 0, 4000))
+while fault == "floods": answer(0.0)
+number = 0
+while True:
+    kind, index, size = struct.unpack("<HHI", read(8))
+    data = read(size)
+    if kind == 5: break
+    if kind != 3: continue
+    t, number = struct.unpack_from("<d", data)[0], number + 1
+    if fault == "stops" and number > 50: continue
+    if fault == "leaves" and number > 50: sys.exit()
+    if fault == "stuck" and number > 50: time.sleep(60)
+    if number == 50:
+        if fault == "nan": answer(t, (float("nan"),) * 10); continue
+        if fault == "twice": answer(t)
+        if fault == "behind": answer(t - 0.05); continue
+        if fault == "ahead": answer(t + 100.0); continue
+        if fault == "degrees": answer(t, (50.0, *STATE[1:])); continue
+        if fault == "norm": answer(t, (*STATE[:6], 0.5, 0.0, 0.0, 0.0)); continue
+        if fault == "cut": out.write(b"1234"); continue
+    if fault == "late": t -= 0.02
+    answer(t)
+if fault == "child":
+    if not os.fork(): time.sleep(60)
+'''  # fmt: skip
+
+FAULTS = {
+    "exits": r"it ends with status 3; it was sent .*\. Its standard error ends with: begun exits$",
+    "killed": r"it ends with the signal SIGSEGV",
+    "hangs": r"it hangs: for 0\.4 s it has neither read nor answered",
+    "stuck": r"it hangs: for 0\.4 s it has neither read nor answered; it was sent the samples up to 2 s",
+    "no header": r"its answer begins with 'latitude 0\.8 0\.2' instead of the header of the protocol; form = .text. in",
+    "version": r"it answers in version 2 of the protocol, but this is version 1\.",
+    "kind": r"it answers with a message of kind 9 and 4000 bytes; a solution has kind 6 and 88 or 216 bytes\.",
+    "floods": r"it floods: it has written \d+ bytes for 100 samples\.",
+    "stops": r"its last solution is that of 1 s, and the run ends at 2 s\.",
+    "leaves": r"its last solution is that of 1 s, and the run ends at 2 s\.",
+    "nan": r"its solution of 1 s is not finite\.",
+    "twice": r"its solution of 1 s comes twice\.",
+    "behind": r"its solution of 0\.95 s is out of order: it comes after that of 0\.98 s\.",
+    "ahead": r"its solution of 101 s lies after the end of the run\.",
+    "degrees": r"its solution of 1 s has a latitude of 50\.0 rad\.",
+    "norm": r"its solution of 1 s has a quaternion of the norm 0\.500\.",
+    "cut": r"a message of kind 12849 and|has another size|its last message ends",
+}
+
+
+@pytest.fixture(autouse=True)
+def allowed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(VARIABLE, "allow")
+
+
+def scenario_of(*navigators: dict[str, Any], **tables: Any) -> Scenario:
+    """Return two seconds at rest with navigators of others."""
+    return Scenario.model_validate(
+        {
+            "name": "rest",
+            "parked": {"latitude_deg": 45.0, "longitude_deg": 10.0, "altitude_m": 100.0, "duration_s": 2.0},
+            "imu": {"grade": "tactical", "rate_hz": 50.0},
+            "navigator": list(navigators),
+            **tables,
+        }
+    )
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("programs") / "faulty.py"
+    file.write_text(PROGRAM)
+    return file
+
+
+@pytest.fixture
+def one(program: Path) -> Callable[..., dict[str, Any]]:
+    """A navigator with a fault."""
+
+    def table(fault: str, **keys: Any) -> dict[str, Any]:
+        return {"name": "mine", "command": [sys.executable, "-I", "-S", str(program), fault], **keys}
+
+    return table
+
+
+def failure_of(scenario: Scenario) -> str:
+    from sinssim.scenario.true_motion import fly
+    from sinssim.simulation.navigation_stage import navigate
+    from sinssim.simulation.truth_and_sensors import sense, truth_along
+
+    sensed = sense(scenario, truth_along(fly(scenario), scenario))
+    navigated = navigate(scenario, sensed)
+    assert list(navigated.solutions) == ["quaternion"], "the run goes on with the others"
+    return str(navigated.failures["mine"])
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_each_fault_is_named_and_the_run_goes_on(fault: str, one: Callable[..., dict[str, Any]]) -> None:
+    import re
+
+    begin = time.monotonic()
+    failure = failure_of(scenario_of(one(fault, timeout_s=0.4)))
+    assert re.search(FAULTS[fault], failure), failure
+    assert time.monotonic() - begin < 20.0, "nothing waits for the sleep of a minute"
+
+
+def test_stepwise_an_answer_to_another_sample_is_late(one: Callable[..., dict[str, Any]]) -> None:
+    failure = failure_of(scenario_of(one("late", step="stepwise")))
+    assert failure.startswith("it is late: it answers the sample of 0.02 s with the solution of 0 s.")
+    assert failure_of(scenario_of(one("twice", step="stepwise"))).startswith("it answers more than once a sample")
+    assert failure_of(scenario_of(one("leaves", step="stepwise"))).startswith("it answers nothing any more")
+
+
+def test_a_program_that_is_missing_is_a_failure_if_it_goes_after_the_check(program: Path) -> None:
+    there = program.with_name("gone")
+    there.write_text("#!/nowhere\n")
+    there.chmod(0o755)
+    failure = failure_of(scenario_of({"name": "mine", "command": [str(there)]}))
+    assert failure.startswith(f"it cannot be started: {str(there)!r}: No such file or directory.")
+
+
+def test_the_children_of_a_program_end_with_it(one: Callable[..., dict[str, Any]]) -> None:
+    """The child of the program holds its standard output for a minute; that is a hang, and both are ended."""
+    begin = time.monotonic()
+    assert "it hangs" in failure_of(scenario_of(one("child", timeout_s=0.4)))
+    assert time.monotonic() - begin < 20.0
+
+
+def test_an_interruption_ends_the_program(one: Callable[..., dict[str, Any]]) -> None:
+    timer = threading.Timer(1.0, signal.pthread_kill, (threading.main_thread().ident, signal.SIGINT))
+    scenario = scenario_of(one("hangs"))
+    timer.start()
+    started = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        failure_of(scenario)
+    assert time.monotonic() - started < 20.0
+    end_programs()
+
+
+def readings() -> Measurements:
+    """Two measurements: valid at 0.010 s and arriving at 0.035 s; valid and arriving at 0.040 s."""
+    return Measurements(
+        "baro-height", np.array([0.010, 0.040]), np.array([0.035, 0.040]), np.array([[101.0], [102.0]]),
+        np.array([[3.0], [4.0]]), name="baro",
+    )  # fmt: skip
+
+
+def begin() -> dict[str, Any]:
+    from sinssim.simulation.navigator_protocol import BEGIN_TYPE
+
+    numbers = {name: np.zeros(BEGIN_TYPE[name].shape) for name in BEGIN_TYPE.names or ()}
+    return {**numbers, "state": np.arange(10.0), "gravity": "normal"}
+
+
+def test_messages_by_hand() -> None:
+    """Samples of 20 ms, and each measurement after the sample at or after its arrival, decoded without numpy."""
+    imu = ImuData(0.02 * np.arange(4), np.arange(9.0).reshape(3, 3), 10.0 + np.arange(9.0).reshape(3, 3))
+    feed = Feed(begin(), imu, (readings(),), rates=True)
+    opening = feed.opening()
+    assert struct.unpack_from("<8sII", opening) == (b"SINSSIM\0", 1, 0)
+    assert struct.unpack_from("<HHI", opening, 16) == (1, 0, 528)
+    assert struct.unpack_from("<10d", opening, 24 + 16) == tuple(range(10))
+    assert struct.unpack_from("<HHI", opening, 24 + 528) == (2, 0, 96)
+    assert opening[560:571].rstrip(b"\0") == b"baro"
+    (block,) = feed.blocks()
+    data, messages = bytes(block.data), []
+    while data:
+        kind, index, size = struct.unpack_from("<HHI", data)
+        messages.append((kind, index, struct.unpack_from(f"<{size // 8}d", data, 8)))
+        data = data[8 + size :]
+    kinds = [(kind, index) for kind, index, _ in messages]
+    assert kinds == [(3, 0), (3, 2), (4, 0), (4, 0), (3, 0)]
+    assert messages[0][2] == pytest.approx((0.02, 0.02, 0.0, 50.0, 100.0, 500.0, 550.0, 600.0))
+    assert messages[2][2] == (0.035, 0.010, 101.0, 3.0)
+    assert messages[3][2] == (0.040, 0.040, 102.0, 4.0)
+    assert [len(bytes(part)) for part in block.parts] == [72, 72 + 2 * 40, 72]
+
+
+def test_lines_of_text_say_the_same() -> None:
+    imu = ImuData(0.02 * np.arange(4), np.arange(9.0).reshape(3, 3), 10.0 + np.arange(9.0).reshape(3, 3))
+    feed = Feed(begin(), imu, (readings(),), text=True)
+    opening = feed.opening().decode().splitlines()
+    assert opening[0] == "sinssim 1"
+    assert opening[3] == "state 0.0 1.0 2.0 3.0 4.0 5.0 6.0 7.0 8.0 9.0"
+    assert opening[-2:] == ["sensor 0 baro baro-height 0.0 0.0 0.0 1 1", "begin"]
+    (block,) = feed.blocks()
+    lines = bytes(block.data).decode().splitlines()
+    assert lines[1] == "imu 0.04 0.02 3.0 4.0 5.0 13.0 14.0 15.0 2"
+    assert lines[2:4] == ["measurement 0 0.035 0.01 101.0 3.0", "measurement 0 0.04 0.04 102.0 4.0"]
+    assert [bytes(part).count(b"\n") for part in block.parts] == [1, 3, 1]
+
+
+@pytest.fixture(scope="module")
+def compared(tmp_path_factory: pytest.TempPathFactory) -> sinssim.Run:
+    """A turn of a drive, navigated by the adapters in Python and in C, in every way that they can be run."""
+    cc = shutil.which("cc")
+    if cc is None:
+        pytest.skip("there is no C compiler")
+    import subprocess
+
+    folder = tmp_path_factory.mktemp("navigators")
+    for file in (TEMPLATES / "c").iterdir():
+        shutil.copy(file, folder)
+    for way in (["-shared", "-fPIC", "-o", "mine.so"], ["-DSINSSIM_PROGRAM", "-o", "mine"]):
+        subprocess.run(
+            [cc, "-O2", "-Wall", "-Wextra", "-Werror", "my_navigator.c", *way, "-lm"], cwd=folder, check=True
+        )
+    python = [sys.executable, "-I", "-S", str(TEMPLATES / "python" / "my_navigator.py")]
+    inputs = ["imu", "gnss"]
+    scenario = scenario_of(
+        {"name": "python", "command": python, "inputs": inputs},
+        {"name": "library", "library": str(folder / "mine.so"), "inputs": inputs},
+        {"name": "program", "command": [str(folder / "mine")], "inputs": inputs},
+        {"name": "steps", "command": [str(folder / "mine")], "inputs": inputs, "step": "stepwise"},
+        {"name": "alone", "library": str(folder / "mine.so"), "step": "stepwise"},
+        parked=None,
+        great_circle={"latitude_deg": 50.0, "longitude_deg": 14.5, "altitude_m": 120.0, "course_deg": 80.0,
+                      "speed_mps": 100.0, "duration_s": 20.0},
+        aiding={"gnss": {"rate_hz": 5.0, "latency_s": 0.13}},
+        navigation={"algorithms": ["quaternion"], "vertical": "free",
+                    "initial_error": {"velocity_east_mps": 0.1, "heading_arcmin": 5.0}},
+    )  # fmt: skip
+    os.environ[VARIABLE] = "allow"
+    run = sinssim.run(scenario)
+    del os.environ[VARIABLE]
+    assert isinstance(run, sinssim.Run)
+    return run
+
+
+def test_adapters_navigate_as_the_algorithm_does(compared: sinssim.Run) -> None:
+    """Other code of the same order: apart by what one sample a step misses, a thousandth of the errors of the run."""
+    assert compared.summary["failures"] == {}
+    ours = compared.errors["quaternion"]
+    assert ours.horizontal[-1] > 2.0
+    for name in ("python", "library", "program", "steps", "alone"):
+        theirs = compared.errors[name]
+        assert np.array_equal(theirs.time, ours.time), name
+        assert np.abs(theirs.position_ned - ours.position_ned).max() < 2e-3, name
+        assert np.abs(theirs.velocity_ned - ours.velocity_ned).max() < 2e-4, name
+        assert np.abs(theirs.attitude - ours.attitude).max() < 1e-6, name
+
+
+def test_the_same_code_gives_the_same_bits_by_every_way(compared: sinssim.Run) -> None:
+    solutions = compared.solutions
+    for name in ("program", "steps", "alone"):
+        assert np.array_equal(solutions[name].q_nb, solutions["library"].q_nb)
+        assert np.array_equal(solutions[name].latitude, solutions["library"].latitude)
+
+
+def test_nothing_is_started_unasked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(VARIABLE)
+    program, trace = tmp_path / "nav", tmp_path / "started"
+    program.write_text(f"#!/bin/sh\ntouch {trace}\n")
+    program.chmod(0o755)
+    file = tmp_path / "rest.toml"
+    file.write_text(
+        'name = "rest"\n[parked]\nlatitude_deg = 45.0\nduration_s = 2.0\n[[navigator]]\nname = "mine"\n'
+        'command = ["./nav"]\n'
+    )
+    scenario = load_scenario(file)
+    assert scenario.navigator[0].command == (str(program),)
+    check_programs(scenario, to_start=False)
+    with pytest.raises(InputError, match="is started only if you allow it: give --allow-programs, or keep it in"):
+        sinssim.run(scenario, tmp_path / "run")
+    with pytest.raises(InputError, match="allow-programs"):
+        sinssim.ensemble(scenario, 2)
+    with pytest.raises(InputError, match="allow-programs"):
+        foreign_solutions(scenario, None, None, None, None)  # type: ignore[arg-type]
+    assert not trace.exists()
+    assert not (tmp_path / "run").exists()
+    monkeypatch.setenv("SINSSIM_CONTENT", str(tmp_path))
+    check_programs(scenario)
+    program.chmod(0o757)  # which others may change
+    with pytest.raises(InputError, match="allow-programs"):
+        check_programs(scenario)
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ({"command": ["./nav"], "library": "nav.so"}, "give exactly one of them; here command and library are given"),
+        ({}, "command names a program, library a shared library: give exactly one of them; here none is given"),
+        ({"command": ["nav"], "inputs": ["imu", "sextant"]}, "navigator.1.inputs: unknown input 'sextant'"),
+        ({"command": ["nav"], "inputs": ["gnss"]}, 'inputs must have "imu"'),
+        ({"name": "quaternion", "command": ["nav"]}, 'name = "quaternion" is the name of another solution'),
+        ({"library": "nav.so", "form": "text"}, 'form = "text" is for programs'),
+    ],
+)
+def test_mistakes_in_a_table(table: dict[str, Any], message: str) -> None:
+    import re
+
+    from pydantic import ValidationError
+
+    with pytest.raises(ValidationError, match=re.escape(message)):
+        scenario_of({"name": "mine", **table})
+
+
+def test_files_that_are_missing_or_no_libraries(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"navigator\.1\.command: there is no program 'no-such-navigator'\."):
+        check_programs(scenario_of({"name": "mine", "command": ["no-such-navigator"]}))
+    with pytest.raises(InputError, match=r"navigator\.1\.library: there is no file '/nowhere/nav\.so'\."):
+        check_programs(scenario_of({"name": "mine", "library": "/nowhere/nav.so"}))
+    text = tmp_path / "nav.so"
+    text.write_text("no library")
+    with pytest.raises(InputError, match=r"navigator\.1\.library: .*nav\.so cannot be loaded: .*file too short"):
+        check_programs(scenario_of({"name": "mine", "library": str(text)}))
+    if shutil.which("cc"):
+        import subprocess
+
+        for number, code in enumerate(("int x;", "unsigned sinssim_version(void) { return 7; } int sinssim_begin, "
+                                       "sinssim_block, sinssim_end;")):  # fmt: skip
+            (tmp_path / "x.c").write_text(code)
+            file = tmp_path / f"x{number}.so"
+            subprocess.run(["cc", "-shared", "-fPIC", "-o", str(file), str(tmp_path / "x.c")], check=True)
+            match = ("has no function sinssim_version and no sinssim_begin", "has version 7 of the protocol, but")[
+                number
+            ]
+            with pytest.raises(InputError, match=match):
+                check_programs(scenario_of({"name": "mine", "library": str(file)}))
+
+
+def test_a_text_program_and_what_it_states(tmp_path: Path) -> None:
+    """σ, biases and status, at every tenth sample, in text; its words on standard error stay with the solution."""
+    program = tmp_path / "text.py"
+    program.write_text(
+        "import sys\n"
+        "print('sinssim 1')\n"
+        "for line in sys.stdin:\n"
+        "    word, *numbers = line.split()\n"
+        "    if word == 'state': state = numbers\n"
+        "    if word == 'imu' and round(float(numbers[0]) * 50) % 10 == 0:\n"
+        "        print('solution', numbers[0], *state, *range(1, 10), *range(10, 16), 7)\n"
+        "print('done', file=sys.stderr)\n"
+    )
+    run = sinssim.run(scenario_of({"name": "mine", "command": [sys.executable, "-I", str(program)], "form": "text"}))
+    assert isinstance(run, sinssim.Run)
+    solution: Any = run.solutions["mine"]
+    assert solution.time == pytest.approx([0.2 * k for k in range(11)])
+    assert list(solution.sigma[1]) == list(range(1, 10))
+    assert list(solution.biases[3]) == list(range(10, 16))
+    assert solution.status[-1] == 7
+    assert np.isnan(solution.status[0])
+    assert solution.messages == "done\n"
+    assert run.errors["mine"].horizontal.max() < 1e-6, "the vehicle stays where it was told to be"
+
+
+def test_a_name_is_only_once() -> None:
+    from pydantic import ValidationError
+
+    with pytest.raises(ValidationError, match="stands 2 times"):
+        scenario_of({"name": "a", "command": ["x"]}, {"name": "a", "command": ["y"]})
+    assert NavigatorSection(name="a", command=("x",)).timeout_s == 60.0
