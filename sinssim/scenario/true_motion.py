@@ -15,6 +15,7 @@ from sinssim.truth.motion import Motion, Mounting
 
 if TYPE_CHECKING:
     from sinssim.earth.gravity_disturbance import DisturbingField
+    from sinssim.truth.flight.flight_log import FlightLog
     from sinssim.truth.trajectory import Trajectory
 
 
@@ -51,7 +52,7 @@ def true_motion(
     scenario: Scenario,
     progress: Callable[[float], None] | None = None,
     meanwhile: Callable[[], None] | None = None,
-    errors: SolutionErrors | Literal["none"] | None = None,
+    errors: SolutionErrors | FlightLog | Literal["none"] | None = None,
 ) -> Trajectory:
     """Return what `fly` returns, without its warnings: for one of many runs of a plan.
 
@@ -59,8 +60,9 @@ def true_motion(
         scenario: as for `fly`.
         progress: as for `fly`.
         meanwhile: as for `fly`.
-        errors: those of the navigator that guides the flight; "none": the true motion guides it, whatever the scenario
-            says; None: the true motion guides it, and a scenario that says otherwise is refused.
+        errors: those of the navigator that guides the flight, or the flight that was flown with them; "none": the true
+            motion guides it, whatever the scenario says; None: the true motion guides it, and a scenario that says
+            otherwise is refused.
 
     Returns:
         As for `fly`.
@@ -85,7 +87,7 @@ def true_motion(
     source = scenario.source
     assert isinstance(source, Motion)  # neither of those
     how = (mounting(scenario), scenario.truth, scenario.seed, progress, meanwhile)
-    seen = errors if isinstance(errors, SolutionErrors) else None
+    seen = None if isinstance(errors, str) else errors
     motion = source.trajectory(*how) if seen is None or flight is None else flight.trajectory(*how, seen)
     if scenario.vibration:
         from sinssim.truth.motions.mounted_block import Vibrating  # needs the compiler

@@ -3,11 +3,17 @@
 The errors of a navigator depend so weakly on the path that each pass brings the path some two digits nearer to that of
 the closed loop. The last pass is a flight like any other: the accuracy of its curve and increments is that of a flight
 by truth. The sensors' random numbers are those of the run, in every pass the same.
+
+Where the passes do not settle, because a decision of the navigator turns with the path, the flight proceeds by
+sections: each is flown until it settles, from the end of the one before. What lies before a section is then the same in
+all of its trials, and a decision within it is taken once the path before it is known. With a latency of more than a
+section, no trial changes anything: that is the loop as it is, step by step.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,18 +27,23 @@ from sinssim.scenario import filter_model
 from sinssim.scenario.true_motion import mounting, true_motion
 from sinssim.simulation.navigation_stage import aid, by_one, navigate
 from sinssim.simulation.truth_and_sensors import Sensed, sense, truth_along
+from sinssim.truth.flight.flight_process import SectionedFlight
 from sinssim.truth.flight.guidance import TRUTH, Guided, SolutionErrors, finite_rows
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
+    from sinssim.truth.flight.flight_log import FlightLog
     from sinssim.truth.trajectory import Trajectory
 
 Rows = NDArray[np.intp]
 
 NEAR = 1e-3
 """Distance between the paths of two passes below which the loop is closed, m."""
-_MOST = 12
-"""Passes after the first; a gate that opens and closes in turn would never end them."""
+_MOST, _GAIN = 12, 3.0
+"""Passes after the first, and the factor by which one at least of two has to bring the path nearer."""
+_SECTIONS, _SHORTEST, _TRIALS = 16, 60.0, 40
+"""Sections of a flight, the shortest one, s, and the trials of each. More sections take fewer trials, but all that has
+been flown before is navigated again in each."""
 _RATE = 10.0
 """Rate at which two paths are compared, Hz."""
 
@@ -58,7 +69,7 @@ def closed_loop(
         The motion of the sensor block, and how it came about.
 
     Raises:
-        RunError: the path does not settle, or the navigator has no solution.
+        RunError: a section of the flight does not settle, or the navigator has no solution.
     """
     scenario = filter_model.with_states(scenario)
     assert scenario.flight is not None  # it is guided
@@ -71,17 +82,88 @@ def closed_loop(
 
     path = by_truth = true_motion(scenario, part_of(0), meanwhile, errors="none")
     while not moved or moved[-1] > NEAR:
-        if len(moved) == _MOST:
-            raise RunError(
-                f"the flight by {source} does not settle: after {_MOST} passes its path still moves by "
-                f"{moved[-1]:.3g} m from one pass to the next (before: {', '.join(f'{m:.3g}' for m in moved[-4:-1])} "
-                "m). A decision of the navigator, such as a gate, turns with the path."
-            )
+        if len(moved) == _MOST or _settles_slowly(moved):
+            path, moved = by_sections(scenario, by_truth, part_of(len(moved) + 1))
+            report(1.0)
+            return path, Guided(source, by_truth, tuple(moved), in_sections=True)
         errors = solution_errors(scenario, path)
         before, path = path, true_motion(scenario, part_of(len(moved) + 1), errors=errors)
         moved.append(apart(before, path))
     report(1.0)
     return path, Guided(source, by_truth, tuple(moved))
+
+
+def _settles_slowly(moved: list[float]) -> bool:
+    """Return whether neither of the last two passes has gained much on the one before."""
+    gains = [before / after for before, after in pairwise(moved[-3:])]
+    return len(gains) == 2 and max(gains) < _GAIN
+
+
+def by_sections(
+    scenario: Scenario, by_truth: Trajectory, progress: Callable[[float], None]
+) -> tuple[Trajectory, list[float]]:
+    """Fly a plan by its navigator section by section, each until it settles.
+
+    Args:
+        scenario: with a flight that follows its navigator, the states of its filter written out.
+        by_truth: the flight by the true motion.
+        progress: called with the fraction flown, 0…1.
+
+    Returns:
+        The motion of the sensor block, and how far the last trial of each section moved its path, m.
+
+    Raises:
+        RunError: a section does not settle, or the navigator has no solution.
+    """
+    assert scenario.flight is not None
+    guidance, duration = scenario.flight.guidance, by_truth.end - by_truth.start
+    believed = solution_errors(scenario, by_truth).values
+    length, moved, over = max(duration / _SECTIONS, _SHORTEST), list[float](), False
+    begin, until = 0.0, length + _alignment(scenario)
+    with SectionedFlight(scenario.flight, scenario.seed, SolutionErrors(guidance, believed)) as flying:
+        while not over:
+            log, over = flying.fly(until, SolutionErrors(guidance, believed))
+            for _ in range(_TRIALS):
+                errors = solution_errors(scenario, true_motion(scenario, errors=log)).values
+                believed = _continued(believed, errors, round(begin * guidance.rate_hz))
+                flying.keep(kept=False)
+                before, (log, over) = log, flying.fly(until, SolutionErrors(guidance, believed))
+                distance = _between(before, log)
+                if distance < NEAR:
+                    break
+            else:
+                raise RunError(
+                    f"the flight by {guidance.source} does not settle between {begin:.6g} and {until:.6g} s: after "
+                    f"{_TRIALS} trials its path still moves by {distance:.3g} m from one trial to the next."
+                )
+            flying.keep(kept=True)
+            moved.append(distance)
+            begin, until = until, until + length
+            progress(min(begin / duration, 1.0))
+    return true_motion(scenario, errors=SolutionErrors(guidance, believed)), moved
+
+
+def _alignment(scenario: Scenario) -> float:
+    """Return how long a scenario aligns before it navigates, s."""
+    alignment, aided = scenario.navigation.alignment, scenario.filter
+    return (0.0 if alignment is None else alignment.duration_s) + (0.0 if aided is None else aided.alignment_s or 0.0)
+
+
+def _continued(believed: Array, errors: Array, begin: int) -> Array:
+    """Return errors that a flight has been flown with until row `begin`, with what is known of those after it.
+
+    Those after the end of what is known begin with its errors of position, velocity and attitude.
+    """
+    later = believed[len(errors) :].copy()
+    later[:, :9] += errors[-1, :9] - believed[min(len(errors), len(believed)) - 1, :9]
+    return np.concatenate([believed[:begin], errors[begin:], later])
+
+
+def _between(log: FlightLog, other: FlightLog) -> float:
+    """Return the largest distance of two flights at the same instants, or of their ends if one is longer, m."""
+    a, b = log.position_ecef, other.position_ecef
+    count = min(len(a), len(b))
+    return float(max(np.linalg.norm(a[:count] - b[:count], axis=1).max(), np.linalg.norm(a[-1] - b[-1])))
 
 
 def solution_errors(scenario: Scenario, path: Trajectory) -> SolutionErrors:

@@ -10,9 +10,12 @@ import pytest
 
 import sinssim
 from sinssim.errors import InputError
-from sinssim.scenario import Scenario, load_scenario
-from sinssim.simulation.closed_loop import NEAR, apart, closed_loop, solution_errors
+from sinssim.recording.page import page_of
+from sinssim.scenario import Scenario, filter_model, load_scenario
+from sinssim.simulation import closed_loop as closing
+from sinssim.simulation.closed_loop import NEAR, apart, by_sections, closed_loop, solution_errors
 from sinssim.strapdown.navigation_error import navigation_error
+from tests.slow import slow
 
 KNOT = 0.5144444444444445
 SCHULER = math.sqrt(9.81 / 6.378e6)
@@ -85,6 +88,52 @@ def test_the_loop_is_closed(drifted: sinssim.Run) -> None:
     from sinssim.scenario.true_motion import true_motion
 
     assert apart(true_motion(scenario, errors=solution_errors(scenario, path)), path) < NEAR
+
+
+def sections_of(seconds: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(closing, "_SHORTEST", seconds)
+    monkeypatch.setattr(closing, "_SECTIONS", 1000)
+
+
+def test_by_sections_it_is_the_same_flight(drifted: sinssim.Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    sections_of(20.0, monkeypatch)
+    guided = drifted.truth.guided
+    assert guided is not None
+    fractions: list[float] = []
+    path, moved = by_sections(drifted.scenario, guided.by_truth, fractions.append)
+    assert len(moved) == 3
+    assert max(moved) < NEAR
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1.0
+    assert apart(path, drifted.truth.trajectory) < 1e-4
+
+
+@pytest.mark.parametrize("seconds", [8.0, *slow(1.0)])
+def test_later_than_a_section_the_loop_is_closed_step_by_step(seconds: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the autopilot sees in a section was computed before it began: no trial changes a bit, none is a pass."""
+    scenario = plan(initial={"velocity_east_mps": 5.0}, latency_s=1.2 * seconds)
+    by_passes, guided = closed_loop(scenario)
+    assert guided.moved[0] > 100.0
+    sections_of(seconds, monkeypatch)
+    path, moved = by_sections(scenario, guided.by_truth, lambda fraction: None)
+    assert len(moved) >= 45.0 / seconds
+    assert set(moved) == {0.0}
+    assert apart(path, by_passes) < 1e-4
+
+
+def test_what_does_not_settle_is_flown_in_sections(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Gains of less than a factor of 3, twice: as if a gate opened in one pass and closed in the next."""
+    assert not closing._settles_slowly([100.0, 90.0])
+    assert not closing._settles_slowly([100.0, 90.0, 0.9])
+    assert closing._settles_slowly([1000.0, 100.0, 90.0, 80.0])
+    sections_of(20.0, monkeypatch)
+    monkeypatch.setattr(closing, "_MOST", 1)
+    run = sinssim.run(plan(initial={"velocity_east_mps": 1.0}))
+    assert isinstance(run, sinssim.Run)
+    entry = run.summary["guidance"]
+    assert entry["in_sections"] is True
+    assert len(entry["moved_m"]) == 3
+    assert "The plan was flown in 3 sections, because a decision of the navigator" in page_of(run.exhibits)
 
 
 def test_increments_close_on_the_truth_as_those_of_any_flight(drifted: sinssim.Run) -> None:
@@ -201,6 +250,27 @@ def test_a_whole_flight() -> None:
     assert len(guided.moved) <= 4
     for before, after in zip(guided.moved[:-1], guided.moved[1:], strict=True):
         assert after < before / 50.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "settings",
+    [
+        ["first_flight", 'flight.guidance.source="quaternion"', 'navigation.algorithms=["quaternion"]'],
+        ["first_flight", 'flight.guidance.source="poisson-1"', 'navigation.algorithms=["poisson-1"]',
+         "imu.rate_hz=50", "flight.guidance.latency_s=0.4", "flight.guidance.rate_hz=10"],
+        ["aided_airliner", 'flight.guidance.source="aided"'],
+    ],
+    ids=["laser", "late", "aided"],
+)  # fmt: skip
+def test_by_passes_and_by_sections(settings: list[str]) -> None:
+    """An hour and more: the two ways to close the loop agree to 1 cm."""
+    scenario = filter_model.with_states(load_scenario(settings[0], settings[1:]))
+    path, guided = closed_loop(scenario)
+    assert not guided.in_sections
+    other, moved = by_sections(scenario, guided.by_truth, lambda fraction: None)
+    assert max(moved) < NEAR
+    assert apart(path, other) < 1e-2
 
 
 @pytest.mark.slow

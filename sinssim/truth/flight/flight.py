@@ -46,16 +46,17 @@ class Flight(FlightPlan):
         seed: int = 0,
         progress: Progress | None = None,
         meanwhile: Callable[[], None] | None = None,
-        errors: SolutionErrors | None = None,
+        errors: SolutionErrors | FlightLog | None = None,
     ) -> Curve:
         """Return the motion of the block, flown by JSBSim or from the cache; see `Motion.trajectory`.
 
         Args:
-            errors: those of the navigator whose solution the autopilot sees; None: it sees the true motion.
+            errors: those of the navigator whose solution the autopilot sees, or the flight that was flown with them;
+                None: it sees the true motion.
         """
         from sinssim.truth.curve import Curve  # needs the compiler
 
-        log = cached_flight(self, seed, progress, meanwhile, errors)
+        log = errors if isinstance(errors, FlightLog) else cached_flight(self, seed, progress, meanwhile, errors)
         curve = Curve(
             log.time,
             log.position_ecef,
@@ -108,7 +109,7 @@ def cached_flight(
     log = _read(file)
     if log is None:
         from sinssim.truth.curve import checked_knots, knot_derivatives  # needs the compiler
-        from sinssim.truth.flight.jsbsim_simulation import fly_apart
+        from sinssim.truth.flight.flight_process import fly_apart
 
         log = fly_apart(flight, seed, progress, meanwhile, errors)
         time, position, q_eb = checked_knots(log.time, log.position_ecef, log.q_eb)

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from math import atan2, cos, floor, hypot, isfinite, remainder, sin, tau
+from math import atan2, cos, floor, hypot, remainder, sin, tau
 from typing import TYPE_CHECKING, Annotated, Literal
 
+import numpy as np
 from pydantic import Field
 
 from sinssim.data import Array
@@ -76,12 +77,14 @@ class Guided:
     Attributes:
         source: the navigator: an algorithm, or "aided".
         by_truth: the flight of the same plan by the true motion: what it would have been with a perfect navigator.
-        moved: how far each pass moved the path, m.
+        moved: how far each pass moved the path, or the last trial of each section, m.
+        in_sections: whether it was flown section by section, because the passes did not settle.
     """
 
     source: str
     by_truth: Trajectory
     moved: tuple[float, ...]
+    in_sections: bool = False
 
 
 class Navigator:
@@ -95,14 +98,17 @@ class Navigator:
         """Begin at the start of a flight that is steered once in an `interval`, s."""
         guidance = errors.guidance
         self._rate, self._latency, self._interval = guidance.rate_hz, guidance.latency_s, interval
-        seen = [column for name in guidance.quantities for column in _COLUMNS[name]]
-        self._seen = frozenset(seen)
-        self._errors = [[value if c in self._seen else 0.0 for c, value in enumerate(row)]
-                        for row in errors.values.tolist()]  # fmt: skip
+        self._seen = frozenset(column for name in guidance.quantities for column in _COLUMNS[name])
+        self.believe(errors)
         self._past: deque[tuple[float, tuple[float, ...]]] = deque(
             maxlen=2 + floor((guidance.latency_s + 1.0 / guidance.rate_hz) / interval + 1e-6)
         )
         self._slow = (0.0, 0.0, 0.0, 0.0)
+
+    def believe(self, errors: SolutionErrors) -> None:
+        """Go on with the errors of another pass, of the same guidance."""
+        seen = np.isin(np.arange(errors.values.shape[1]), sorted(self._seen))
+        self._errors = np.where(seen, errors.values, 0.0).tolist()
 
     def fast(self, m: AircraftState, latitude: float, longitude: float, track: float, speed: float) -> None:
         """Replace what is refreshed at every step of the true state in `m`, whose other values are given."""
@@ -143,11 +149,6 @@ class Navigator:
 
 def finite_rows(values: Array) -> Array:
     """Return errors with what is not finite replaced by the last finite row before it, zero at the start."""
-    rows = values.copy()
-    last = [0.0] * values.shape[1]
-    for number, row in enumerate(rows):
-        if all(map(isfinite, row)):
-            last = row
-        else:
-            rows[number] = last
-    return rows
+    numbers = np.where(np.isfinite(values).all(axis=1), np.arange(len(values)), -1)
+    last = np.maximum.accumulate(numbers)
+    return np.where(last[:, None] >= 0, values[last], 0.0)

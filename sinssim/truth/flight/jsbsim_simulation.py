@@ -1,31 +1,21 @@
-"""Flies JSBSim's aircraft along a flight plan by the autopilot, in a separate process.
+"""Flies JSBSim's aircraft along a flight plan by the autopilot.
 
 JSBSim steps at 120 Hz; the autopilot, the legs and the knots of the logged motion run at 30 Hz, on every fourth step;
-the other channels are logged at 10 Hz. JSBSim holds Python's lock while it flies. In a separate process it has its own
-processor while the program loads the modules for the later stages, and a model that crashes its process does not crash
-the program.
+the other channels are logged at 10 Hz.
 """
 
 from __future__ import annotations
 
-import contextlib
 import math
-import os
-import pickle
-import signal
-import subprocess
-import sys
-import threading
-import traceback
 from array import array
-from collections.abc import Callable, Iterator
-from typing import IO, Any
+from collections.abc import Callable
+from typing import Any
 
-from sinssim.errors import InputError, RunError
+from sinssim.errors import InputError
 from sinssim.system.outputs import Draft
 from sinssim.truth.flight.aircraft import Aircraft, load_aircraft
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
-from sinssim.truth.flight.flight_log import CHANNELS, FlightLog, FlightRecord, flight_log, shortfall
+from sinssim.truth.flight.flight_log import CHANNELS, FlightRecord, shortfall
 from sinssim.truth.flight.flight_plan import AirStart, FlightPlan, Gust, RunwayStart, Turbulence
 from sinssim.truth.flight.guidance import ENDED, Navigator, SolutionErrors
 from sinssim.truth.flight.jsbsim_model import (
@@ -188,11 +178,21 @@ def _blow(executive: Any, gust: Gust) -> None:
     executive[f"{prefix}/start"] = 1
 
 
+Pause = Callable[[FlightRecord, bool], tuple[float, SolutionErrors] | None]
+"""Called with what has been flown and whether that is all, returns until when to fly on, s, and with which errors of
+the navigator; None leaves it at that."""
+
+
 def fly_plan(
-    flight: FlightPlan, seed: int = 0, progress: Progress | None = None, errors: SolutionErrors | None = None
+    flight: FlightPlan,
+    seed: int = 0,
+    progress: Progress | None = None,
+    errors: SolutionErrors | None = None,
+    pause: Pause | None = None,
 ) -> FlightRecord:
     """Fly a flight plan in JSBSim; return the recording, for `flight_log`. From time to time the progress is called
-    with the fraction flown, 0 … 1. With `errors`, the autopilot sees the true motion with those of a navigator."""
+    with the fraction flown, 0 … 1. With `errors`, the autopilot sees the true motion with those of a navigator, which
+    `pause` exchanges, first at the start."""
     import jsbsim
 
     if progress is not None:
@@ -210,7 +210,7 @@ def fly_plan(
                 f"JSBSim cannot trim the {flight.aircraft} at the start of the flight ({_start_words(flight)}): "
                 f"{' '.join(str(error).split())}{'; its output: ' + output if output else ''}. {_start_remedy(flight)}"
             ) from error
-        return _Flight(executive, flight, aircraft, progress, errors).fly()
+        return _Flight(executive, flight, aircraft, progress, errors, pause).fly()
 
 
 def _start_words(flight: FlightPlan) -> str:
@@ -255,15 +255,16 @@ class _Flight:
 
     def __init__(
         self, executive: Any, flight: FlightPlan, aircraft: Aircraft, progress: Progress | None,
-        errors: SolutionErrors | None,
+        errors: SolutionErrors | None, pause: Pause | None,
     ) -> None:  # fmt: skip
         self._executive, self._flight, self._aircraft, self._progress = executive, flight, aircraft, progress
         self._motion = AircraftState()
         self._motion.air = flight.air()
         self._pilot = Autopilot(aircraft, INTERVAL)
         self._guided = errors is not None
-        navigator = None if errors is None else Navigator(errors, INTERVAL)
-        self._link = _Link(executive, flight, self._pilot, self._motion, navigator)
+        self._navigator = None if errors is None else Navigator(errors, INTERVAL)
+        self._pause, self._until = pause, math.inf if pause is None else 0.0
+        self._link = _Link(executive, flight, self._pilot, self._motion, self._navigator)
         self._watch = Monitor(executive, flight, aircraft).watch
         self._in_air = flight.start.on == "air"
         self._knot = 0
@@ -287,7 +288,15 @@ class _Flight:
             )
         if self._progress is not None:
             self._progress(1.0)
-        return FlightRecord(self._link.poses, self._link.channels, tuple(self._events))
+        return self._wait(over=True)
+
+    def _wait(self, *, over: bool) -> FlightRecord:
+        """Return what has been recorded; `pause` may say how to go on."""
+        record = FlightRecord(self._link.poses, self._link.channels, tuple(self._events))
+        if self._pause is not None and self._navigator is not None and (on := self._pause(record, over)) is not None:
+            self._until, errors = on
+            self._navigator.believe(errors)
+        return record
 
     def _engage(self) -> None:
         """Let the pilot take over the trimmed aircraft."""
@@ -369,6 +378,8 @@ class _Flight:
                 self._watch(leg, pilot, motion)
             if self._progress is not None and self._knot % 300 == 0:
                 self._progress(_fraction(self._flight, number, motion.time))
+            if motion.time >= self._until:
+                self._wait(over=False)
 
     def _take_remarks(self) -> None:
         """Record what the leg notes."""
@@ -404,110 +415,3 @@ def _stir(executive: Any, turbulence: Turbulence | None) -> None:
         executive["atmosphere/turb-type"] = 4  # MIL-F-8785C, Dryden filters by Tustin's method
         executive["atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps"] = turbulence.wind_at_6m_mps / FOOT
         executive["atmosphere/turbulence/milspec/severity"] = turbulence.severity
-
-
-_PATIENCE = 5.0  # [s]
-
-
-class _RemoteError(Exception):
-    """Traceback of an error in the other process, shown as its cause."""
-
-    def __str__(self) -> str:
-        return f"in the process that flew\n\n{self.args[0]}"
-
-
-def fly_apart(
-    flight: FlightPlan,
-    seed: int = 0,
-    progress: Callable[[float], None] | None = None,
-    meanwhile: Callable[[], None] | None = None,
-    errors: SolutionErrors | None = None,
-) -> FlightLog:
-    """Fly a flight plan in a separate process; return the flight, bit for bit the same as in this process."""
-    program = (
-        f"import sys; sys.path[:] = {sys.path!r}; from sinssim.truth.flight.jsbsim_simulation import _serve; _serve()"
-    )
-    # In its own process group: Ctrl-C reaches only this process, which then ends the other.
-    with subprocess.Popen(
-        [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, process_group=0
-    ) as other:
-        assert other.stdin is not None
-        assert other.stdout is not None
-        try:
-            with contextlib.suppress(BrokenPipeError):  # it has already ended: there will be no answer
-                other.stdin.write(pickle.dumps((flight, seed, errors)))
-                other.stdin.flush()  # left open: it closes when this process ends, and the other then ends, too
-            if meanwhile is not None:
-                meanwhile()
-            for kind, value in _answers(other.stdout):
-                if kind == "flown":
-                    return flight_log(value)
-                if kind == "error":
-                    error, where = value
-                    raise error from _RemoteError(where)
-                if progress is not None:
-                    progress(value)
-            code = other.wait()
-        finally:
-            _end(other)
-    raise RunError(
-        f"the process that flew the {flight.aircraft} ended with "
-        f"{signal.Signals(-code).name if code < 0 else f'exit code {code}'} without an answer: its flight dynamics "
-        "model is the likely cause; its own output is above."
-    )
-
-
-def _answers(pipe: IO[bytes]) -> Iterator[tuple[str, Any]]:
-    while True:
-        try:
-            yield pickle.load(pipe)
-        except (EOFError, pickle.UnpicklingError):
-            return
-
-
-def _end(other: subprocess.Popen[bytes]) -> None:
-    """Ask the process to end, so that it cleans up; kill it if it does not."""
-    other.terminate()
-    try:
-        other.wait(_PATIENCE)
-    except subprocess.TimeoutExpired:
-        other.kill()
-
-
-def _serve() -> None:
-    """Fly the plan from standard input, answer on standard output, and end with the parent process."""
-
-    def stop(number: int, frame: Any) -> None:
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second signal would interrupt the clean-up
-        sys.exit(1)
-
-    signal.signal(signal.SIGTERM, stop)
-    pipe = os.fdopen(os.dup(1), "wb", buffering=0)
-    os.dup2(2, 1)  # a model's output must not mix with the answers
-
-    def answer(kind: str, value: Any) -> None:
-        left = memoryview(pickle.dumps((kind, value)))
-        try:
-            while left:
-                left = left[pipe.write(left) :]
-        except BrokenPipeError:
-            signal.signal(signal.SIGTERM, signal.SIG_IGN)
-            raise
-
-    try:
-        flight, seed, errors = pickle.load(sys.stdin.buffer)
-        threading.Thread(target=_end_with_the_other, daemon=True).start()
-        answer("flown", fly_plan(flight, seed, lambda fraction: answer("fraction", fraction), errors))
-    except (BrokenPipeError, EOFError, SystemExit):
-        pass  # the parent no longer waits
-    except BaseException as error:
-        with contextlib.suppress(BrokenPipeError):
-            answer("error", (error, traceback.format_exc()))
-    os._exit(0)  # clean-up is done; Python's own exit could still complain about closed pipes
-
-
-def _end_with_the_other() -> None:
-    """Wait until the parent process has ended, then ask this one to end, so that it cleans up."""
-    with contextlib.suppress(OSError):
-        os.read(0, 1)
-    os.kill(os.getpid(), signal.SIGTERM)

@@ -57,7 +57,7 @@ def count_flights(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         seeds.append(seed)
         return flight_log(fly_plan(section, seed, progress))
 
-    monkeypatch.setattr("sinssim.truth.flight.jsbsim_simulation.fly_apart", counted)
+    monkeypatch.setattr("sinssim.truth.flight.flight_process.fly_apart", counted)
     return seeds
 
 
@@ -75,7 +75,7 @@ def flown(monkeypatch: pytest.MonkeyPatch, three_seconds: FlightLog) -> list[int
         seeds.append(seed)
         return three_seconds
 
-    monkeypatch.setattr("sinssim.truth.flight.jsbsim_simulation.fly_apart", ready)
+    monkeypatch.setattr("sinssim.truth.flight.flight_process.fly_apart", ready)
     return seeds
 
 

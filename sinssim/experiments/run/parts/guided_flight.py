@@ -61,6 +61,7 @@ class GuidanceNumbers(TypedDict):
     source: str
     ended_early: str
     moved_m: list[float]
+    in_sections: bool
     displacement_max_m: float
     displacement_end_m: float
     legs: list[Displacement]
@@ -128,8 +129,8 @@ class Guidance(Part[GuidanceNumbers]):
                 begin = event.time
                 waypoints += self._missed(int(match[1]), event.time, solution)
         return GuidanceNumbers(
-            source=guided.source, ended_early=ended, moved_m=list(guided.moved), displacement_max_m=float(size.max()),
-            displacement_end_m=float(size[-1]), legs=legs, waypoints=waypoints,
+            source=guided.source, ended_early=ended, moved_m=list(guided.moved), in_sections=guided.in_sections,
+            displacement_max_m=float(size.max()), displacement_end_m=float(size[-1]), legs=legs, waypoints=waypoints,
         )  # fmt: skip
 
     def with_filter(self) -> GuidanceNumbers:
@@ -174,18 +175,13 @@ class Guidance(Part[GuidanceNumbers]):
 
     def exhibits(self) -> Iterator[Item]:
         """Yield the displacement by leg and over time, the waypoints, and how the loop was closed."""
-        moved = ", ".join(f"{number_text(value)} m" for value in self.entry["moved_m"])
         time, values = self.displaced
         x = over((float(time[0]), float(time[-1])))
         lines = tuple(
             Line(label=label, x=time, y=values[:, k], color=color)
             for k, (label, color) in enumerate(zip(_DISPLACED, ("x", "y", "z"), strict=True))
         )
-        yield Sentence(
-            f"The autopilot and the legs see the solution {self.entry['source']}. The plan was flown "
-            f"{len(self.entry['moved_m']) + 1} times, first by the true motion, then with the errors of the navigator "
-            f"on the flight before, which moved the path by {moved}."
-        )
+        yield Sentence(f"The autopilot and the legs see the solution {self.entry['source']}. {_closing(self.entry)}")
         yield from self._early(("page",))
         yield from self._tables(("page",))
         chart = Chart(
@@ -213,6 +209,21 @@ class Guidance(Part[GuidanceNumbers]):
             rows = [(w["waypoint"], w["time_s"], w["right_m"], w["left_to_go_m"], w["navigation_error_m"])
                     for w in self.entry["waypoints"]]  # fmt: skip
             yield Table(columns, rows, title="Waypoints of the navigator on the true path", on=on)
+
+
+def _closing(entry: GuidanceNumbers) -> str:
+    """Describe how the loop was closed."""
+    moved = entry["moved_m"]
+    if entry["in_sections"]:
+        return (
+            f"The plan was flown in {len(moved)} sections, because a decision of the navigator turns with the path: "
+            "each again with the errors of the navigator on the trial before, until that moved its path by at most "
+            f"{number_text(max(moved))} m."
+        )
+    return (
+        f"The plan was flown {len(moved) + 1} times, first by the true motion, then with the errors of the navigator "
+        f"on the flight before, which moved the path by {', '.join(f'{number_text(value)} m' for value in moved)}."
+    )
 
 
 def _between(there: NavState, here: NavState, time: Array, path: Trajectory) -> Array:
