@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import pytest
+import typer
 
 from sinssim.cli import main
+from sinssim.cli.app import sentence
 
 
 @pytest.mark.parametrize(
@@ -33,6 +38,13 @@ def test_one_sentence_and_where_to_look(arguments: list[str], says: str, capsys)
     assert err.startswith("sinssim: ")
     assert err.count("\n") == 1
     assert err.rstrip().endswith(says) or says in err
+
+
+def test_a_message_that_quotes_what_was_given() -> None:
+    """Older versions of typer name the value in the message alone."""
+    runs: Any = SimpleNamespace(opts=["-n", "--runs"])
+    error = typer.BadParameter("'1.5' is not a valid integer.", param=runs)
+    assert sentence(error) == "--runs = '1.5' must be a whole number. See `sinssim --help`."
 
 
 def test_nothing_at_all_prints_the_help(capsys) -> None:

@@ -130,7 +130,10 @@ def test_a_log_gives_what_the_simulation_gives(folder: Path, capsys: pytest.Capt
     ("setting", "words"),
     [
         ("turntable.sequence=seven-positions", "seven-positions"),
-        ("turntable.dwell_s=0.1", "turntable.dwell_s = 0.1 is shorter than three samples"),
+        (
+            "turntable.dwell_s=0.1",
+            "turntable.dwell_s = 0.1 is shorter than three samples at imu.rate_hz = 20; give at least 0.15 s.",
+        ),
         ("turntable.dwell_s=-1", "greater than 0"),
         ("turntable.rate_deg_s=0", "at least 0.001"),
         ("turntable.ramp_s=60", "give a ramp_s of at most 9"),
