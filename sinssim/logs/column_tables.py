@@ -195,14 +195,14 @@ class Table:
         try:
             values = np.asarray(raw, dtype=np.float64)
         except (TypeError, ValueError, OverflowError) as error:
-            k, value = next(((k, v) for k, v in enumerate(raw.flat) if not _is_number(v)), (0, raw.flat[0]))
+            k = next((k for k, value in enumerate(raw.flat) if not _is_number(value)), 0)
             hint = (
                 " If it belongs to a heading, skip the heading (skip_lines) and number the columns."
                 if k == 0 and not self._comments
                 else ""
             )
             raise InputError(
-                f"{self.place(k // width)}: the column {shown} holds {_short(repr(value))}, not a number.{hint}"
+                f"{self.place(k // width)}: the column {shown} holds {_short(repr(raw.item(k)))}, not a number.{hint}"
             ) from error
         if not values.size:
             raise InputError(f"{self.path} holds no samples: the column {shown} is empty.")

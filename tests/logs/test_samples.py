@@ -280,6 +280,16 @@ def test_unreadable_files_are_named(tmp_path, name, content, text):
     assert name in str(info.value)
 
 
+def test_words_in_a_vector_are_named_by_their_sample(tmp_path):
+    """The fifth of rows of three numbers lies in the second row, which is sample 1."""
+    np.savez(tmp_path / "log.npz", w=[["1", "2", "3"], ["4", "x", "6"], ["7", "8", "9"]], f=np.eye(3))
+    (tmp_path / "log.toml").write_text(
+        'rate_hz = 100.0\n[gyro]\ncolumns = "w"\nunit = "rad"\n[accel]\ncolumns = "f"\nunit = "m/s"\n'
+    )
+    with pytest.raises(InputError, match=r"log\.npz, sample 1: the column 'w' holds 'x', not a number"):
+        read_log(tmp_path / "log.npz", tmp_path / "log.toml")
+
+
 def test_a_number_beyond_the_last_column_is_named(tmp_path):
     (tmp_path / "log.csv").write_text("1,2,3\n4,5,6\n")
     (tmp_path / "log.toml").write_text(NUMBERED.format(""))

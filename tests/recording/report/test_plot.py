@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.charts import Axis, Chart, Charts, Dots, Line, Rule, over
+from sinssim.charts import Axis, Chart, Charts, Dots, Line, Remark, Rule, over
 from sinssim.recording import page, svg, svg_chart
 from sinssim.recording.style import envelope, tick_label, ticks
 from sinssim.recording.svg import pieces
@@ -227,6 +227,26 @@ def test_a_plot_to_the_pixel() -> None:
     assert (curve.get("stroke"), curve.get("stroke-width"), curve.get("stroke-dasharray")) == ("#123456", "2.4", "6 4")
     paths = [(p.get("class"), p.get("d")) for p in ET.fromstring(drawn).findall(f"{SVG}path")]
     assert ("axis", "M40.0 231.0L520.0 231.0M40.0 155.0L520.0 155.0") in paths
+
+
+def test_discs_of_several_colours_have_half_their_size_as_radius() -> None:
+    x, y, colors = np.array([10.0, 30.0]), np.array([20.0, 40.5]), ("#123456", "hollow")
+    assert svg.shapes_of(x, y, colors, "o", 9.0) == (
+        '<circle cx="10.0" cy="20.0" r="4.5" fill="#123456"/>'
+        '<circle cx="30.0" cy="40.5" r="4.5" class="block" fill="#fff"/>'
+    )
+
+
+def test_remarks_stand_above_or_below_their_points() -> None:
+    """To the right and above as a rule; a line of words below the point begins 15 px lower."""
+    places = (("above", {}), ("under", {"below": True}), ("left", {"left": True}), ("pale", {"soft": True}))
+    said = tuple(Remark(x=50.0, y=5.0, text=name, **where) for name, where in places)
+    found = texts(plot(line([0.0, 10.0], [0.0, 100.0]), *said, low=0.0, high=10.0))
+    x, y, _ = found["above"]
+    x, y = x - 7.0, y + 6.0  # the point, px
+    assert found["under"] == pytest.approx((x + 7.0, y + 15.0, "start"))
+    assert found["left"] == pytest.approx((x - 7.0, y - 6.0, "end"))
+    assert found["pale"] == pytest.approx((x + 3.0, y - 3.0, "start"))
 
 
 def test_a_given_axis_dots_and_zero() -> None:
