@@ -113,7 +113,7 @@ def test_axes_about_a_direction() -> None:
 
 
 def test_the_variance_of_noise_over_windows() -> None:
-    """Each term by its definition: over T = n/50 s, and its growth with the time before."""
+    """Each term by its definition: over T = n/50 s, and its growth with the time before. All are below 1e-9."""
     keys = {"rate_hz": 50.0, "gyro_correlation_time_s": 0.7}
     counts = np.array([1, 40])
     span = counts / 50.0
@@ -122,18 +122,18 @@ def test_the_variance_of_noise_over_windows() -> None:
         return noise_variance(_section(**keys, **more), "gyro", counts, 0.0)
 
     walk = found(gyro_arw_deg_sqrt_h=0.3)
-    assert walk[:, 0] == pytest.approx(np.radians(0.3) ** 2 / 3600.0 * span)
+    assert walk[:, 0] == pytest.approx(np.radians(0.3) ** 2 / 3600.0 * span, abs=0.0)
     # two roundings of uniform errors, each of Q²/12
-    assert found(gyro_quantum_arcsec=3.0)[:, 0] == pytest.approx(np.full(2, 2.0 * (3.0 * _ARCSEC) ** 2 / 12.0))
+    assert found(gyro_quantum_arcsec=3.0)[:, 0] == pytest.approx(np.full(2, 2.0 * (3.0 * _ARCSEC) ** 2 / 12.0), abs=0.0)
     # ∫∫ exp(−|u − v|/τ) over the window, by a fine sum
     middle = (np.arange(2000) + 0.5) / 2000.0
     apart = np.abs(middle[:, None] - middle)
     double = [s**2 * np.mean(np.exp(-apart * s / 0.7)) for s in span]
     rate = np.radians(2.0) / 3600.0
-    assert found(gyro_instability_deg_h=2.0)[:, 0] == pytest.approx(rate**2 * np.array(double), rel=1e-4)
+    assert found(gyro_instability_deg_h=2.0)[:, 0] == pytest.approx(rate**2 * np.array(double), rel=1e-4, abs=0.0)
     # a walk K√t integrated over T from t₀ on: K² (t₀ T² + T³/3)
     k = np.radians(2.0) / 3600.0 / 60.0
-    assert found(gyro_rrw_deg_h_sqrt_h=2.0) == pytest.approx(k**2 * np.column_stack([span**3 / 3.0, span**2]))
+    assert found(gyro_rrw_deg_h_sqrt_h=2.0) == pytest.approx(k**2 * np.column_stack([span**3 / 3.0, span**2]), abs=0.0)
     assert walk[:, 1].tolist() == [0.0, 0.0]
     none = noise_variance(_section(**keys), "gyro", counts, 5.0)
     assert none[:, 0] == pytest.approx((1e-12 * 5.0) ** 2 * counts, abs=0.0)
