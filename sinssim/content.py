@@ -16,7 +16,7 @@ import importlib.util
 import logging
 import os
 import shutil
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
@@ -26,6 +26,7 @@ from typing import Literal
 import sinssim
 from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.system.extensions import Item, items_of
+from sinssim.system.user_file import read_text
 
 logger = logging.getLogger(__name__)
 
@@ -248,9 +249,44 @@ _FILES = {
 """Files of the example, with what they are."""
 
 
+LANGUAGES: dict[str, tuple[str, str, str]] = {
+    "c": ("my_navigator.c", "cc -O2 -shared -fPIC -o libmy_navigator.so my_navigator.c -lm",
+          'library = "navigators/libmy_navigator.so"'),
+    "c++": ("my_navigator.cpp", "c++ -O2 -shared -fPIC -o libmy_navigator.so my_navigator.cpp",
+            'library = "navigators/libmy_navigator.so"'),
+    "python": ("my_navigator.py", "", 'command = ["./navigators/my_navigator.py"]'),
+    "octave": ("my_navigator.m", "", 'command = ["./navigators/my_navigator.m"]\nform = "text"'),
+    "rust": ("my_navigator.rs", "rustc --edition 2021 -O my_navigator.rs", 'command = ["./navigators/my_navigator"]'),
+}  # fmt: skip
+"""Languages of the navigators that are written as examples: file, how it is compiled, and its keys in a scenario."""
+
+
+def new_navigator(folder: Path, language: str) -> tuple[list[tuple[str, str]], str]:
+    """Lay out a project folder with a navigator in a language; return what each file is, by its path, and how it is
+    compiled in the folder `navigators`."""
+    file, build, keys = LANGUAGES[language]
+    names = {"scenario.toml": "what to simulate", f"navigators/{file}": "your navigator"}
+    if language in ("c", "c++"):
+        names["navigators/sinssim_navigator.h"] = "the messages, as structures"
+    example = package_content("scenarios") / "new_navigator"
+    sources = {path.name: path for path in example.rglob("*") if path.is_file()}
+    _lay_out({name: sources[Path(name).name] for name in names}, folder)
+    text = read_text(sources["scenario.toml"]) + f'[[navigator]]\nname = "mine"\n{keys}\ninputs = ["imu"]\n'
+    (folder / "scenario.toml").write_text(text, encoding="utf-8")
+    if not build:
+        (folder / "navigators" / file).chmod(0o755)
+    return list(names.items()), build
+
+
 def new_project(folder: Path) -> list[tuple[str, str]]:
     """Lay out a project folder, which is made if it does not exist; return what each file is, by its path."""
     example = package_content("scenarios") / "new_project"
+    _lay_out({name: example / name for name in _FILES}, folder)
+    return list(_FILES.items())
+
+
+def _lay_out(sources: Mapping[str, Path], folder: Path) -> None:
+    """Copy files to their places in a folder, which is made if it does not exist."""
     made = [place for place in (folder, *folder.parents) if not place.exists()]
     begun = False
     try:
@@ -262,23 +298,22 @@ def new_project(folder: Path) -> list[tuple[str, str]]:
         elif folder.exists():
             raise InputError(f"{folder} is a file. Name a new folder.")
         begun = True
-        for name in _FILES:
+        for name, source in sources.items():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(example / name, folder / name)
+            shutil.copyfile(source, folder / name)
     except OSError as error:
         if begun:
-            _remove(folder, made)
+            _remove(sources, folder, made)
         raise InputError(
             f"the project folder {folder} cannot be made: {error.strerror}. Name another folder."
         ) from error
-    return list(_FILES.items())
 
 
-def _remove(folder: Path, made: Iterable[Path]) -> None:
-    """Remove the files of the example from a folder that was empty, and the folders that were made."""
-    for name in _FILES:
+def _remove(names: Iterable[str], folder: Path, made: Iterable[Path]) -> None:
+    """Remove the files of an example from a folder that was empty, and the folders that were made."""
+    for name in names:
         with suppress(OSError):
             (folder / name).unlink()
-    for place in (*sorted({(folder / name).parent for name in _FILES} - {folder}), *made):
+    for place in (*sorted({(folder / name).parent for name in names} - {folder}), *made):
         with suppress(OSError):  # it may not exist
             place.rmdir()

@@ -3,8 +3,9 @@
 A program runs in a group of processes of its own, without a shell, and is ended with its children whatever happens. A
 library is loaded by a process of its own (`library_host`). What goes wrong becomes the failure of this navigator alone.
 
-Nothing of a stranger is started unasked: a file must lie in a folder that the user owns and has named, as for own
-content (`use`, SINSSIM_CONTENT), or the user allows the programs of a scenario (`--allow-programs`, SINSSIM_PROGRAMS).
+Nothing of a stranger is started unasked: a file must be the user's own, in the folder `navigators` of a project that is
+named as for own content (`use`, SINSSIM_CONTENT), or the user allows the programs of scenarios (`--allow-programs`,
+SINSSIM_PROGRAMS).
 """
 
 from __future__ import annotations
@@ -43,6 +44,7 @@ from sinssim.simulation.navigator_protocol import (
     solution_of,
 )
 from sinssim.simulation.truth_and_sensors import RecordedMotion
+from sinssim.system.extensions import NAVIGATORS
 from sinssim.system.process import thread_pool
 from sinssim.units import ARCMIN
 
@@ -97,12 +99,13 @@ def check_permission(scenario: Scenario, navigator: NavigatorSection) -> None:
     if file is None or os.environ.get(VARIABLE) == "allow":
         return
     for folder in (*map(Path, scenario.use), *named_paths()):
-        if folder.resolve() in file.resolve().parents and _is_own(folder) and _is_own(file):
+        place = folder.resolve() / NAVIGATORS
+        if place in file.resolve().parents and _is_own(place) and _is_own(file):
             return
     raise InputError(
         f"the navigator {navigator.name} is the {'program' if navigator.library is None else 'library'} {file}, which "
-        "is started only if you allow it: give --allow-programs, or keep it in a folder of yours that the key `use` or "
-        "SINSSIM_CONTENT names."
+        f"is started only if you allow it: give --allow-programs, or keep it in the folder {NAVIGATORS} of a project "
+        "of yours, which the key `use` or SINSSIM_CONTENT names."
     )
 
 
@@ -436,7 +439,7 @@ class _Process:
 
     def _lines(self, answers: list[bytes]) -> Callable[[], bool]:
         """Return a function that reads the next line of answers, with the header before the first one."""
-        file = open(self._out, "rb", closefd=False)  # noqa: SIM115 - it is the program's output, not a file of a user
+        file = os.fdopen(self._out, "rb", closefd=False)
 
         def answer() -> bool:
             for _ in range(2 if not answers else 1):

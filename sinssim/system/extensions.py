@@ -37,6 +37,9 @@ SINGULAR: dict[str, str] = {
 }
 """Folders of a project by name, with what one of their files is."""
 
+NAVIGATORS = "navigators"
+"""Folder of a project with the programs and libraries of [[navigator]], which are started without asking."""
+
 CODE = ("algorithms", "frames", "aiding", "legs", "formats", "writers", "views")
 """Folders whose files are Python code, which runs when their content is used."""
 
@@ -135,7 +138,7 @@ def items_of(path: Path) -> list[Item]:
     if (path / "aircraft.toml").is_file():
         return [_item("aircraft", path / "aircraft.toml")]
     items = [item for kind in SINGULAR for item in _in_folder(path / kind, kind)]
-    if not items:
+    if not items and not (path / NAVIGATORS).is_dir():
         raise InputError(
             f"the folder {shortened(str(path), 200)!r} has none of the folders {listed(SINGULAR, 'or')} with a file in "
             f"it{_misspelt(path)}"

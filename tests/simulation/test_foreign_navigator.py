@@ -17,13 +17,14 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.content import package_content
+from sinssim.content import new_navigator, package_content
 from sinssim.data import ImuData, Measurements
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.navigation_section import NavigatorSection
 from sinssim.simulation.foreign_navigator import VARIABLE, check_programs, end_programs, foreign_solutions
 from sinssim.simulation.navigator_protocol import Feed
+from tests.slow import slow
 
 TEMPLATES = package_content("scenarios") / "new_navigator"
 MOST = 5000
@@ -290,13 +291,14 @@ def test_the_same_code_gives_the_same_bits_by_every_way(compared: sinssim.Run) -
 
 def test_nothing_is_started_unasked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(VARIABLE)
-    program, trace = tmp_path / "nav", tmp_path / "started"
+    program, trace = tmp_path / "navigators" / "nav", tmp_path / "started"
+    program.parent.mkdir()
     program.write_text(f"#!/bin/sh\ntouch {trace}\n")
     program.chmod(0o755)
     file = tmp_path / "rest.toml"
     file.write_text(
         'name = "rest"\n[parked]\nlatitude_deg = 45.0\nduration_s = 2.0\n[[navigator]]\nname = "mine"\n'
-        'command = ["./nav"]\n'
+        'command = ["./navigators/nav"]\n'
     )
     scenario = load_scenario(file)
     assert scenario.navigator[0].command == (str(program),)
@@ -309,6 +311,7 @@ def test_nothing_is_started_unasked(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         foreign_solutions(scenario, None, None, None, None)  # type: ignore[arg-type]
     assert not trace.exists()
     assert not (tmp_path / "run").exists()
+    check_programs(load_scenario(file, 'use=["."]'.replace(".", str(tmp_path))))
     monkeypatch.setenv("SINSSIM_CONTENT", str(tmp_path))
     check_programs(scenario)
     program.chmod(0o757)  # which others may change
@@ -391,3 +394,28 @@ def test_a_name_is_only_once() -> None:
     with pytest.raises(ValidationError, match="stands 2 times"):
         scenario_of({"name": "a", "command": ["x"]}, {"name": "a", "command": ["y"]})
     assert NavigatorSection(name="a", command=("x",)).timeout_s == 60.0
+
+
+COMPILERS = {"c": "cc", "c++": "c++", "python": "python3", "octave": "octave-cli", "rust": "rustc"}
+
+
+@pytest.mark.parametrize("language", ["c", "c++", "python", "rust", *slow("octave")])
+def test_a_new_navigator_runs(language: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the commands that are printed; nothing is allowed beyond the folder's own use. Its error is that of ours."""
+    import subprocess
+
+    if shutil.which(COMPILERS[language]) is None:
+        pytest.skip(f"there is no {COMPILERS[language]}")
+    monkeypatch.delenv(VARIABLE)
+    monkeypatch.chdir(tmp_path)
+    files, build = new_navigator(Path("mine"), language)
+    assert all((tmp_path / "mine" / name).is_file() for name, _ in files)
+    if build:
+        subprocess.run(build.split(), cwd=tmp_path / "mine" / "navigators", check=True)
+    run = sinssim.run("mine/scenario.toml", overrides=["imu.rate_hz=20", "filter.diagnose=false"])
+    assert isinstance(run, sinssim.Run)
+    assert run.summary["failures"] == {}
+    ours, theirs = run.errors["quaternion"], run.errors["mine"]
+    assert ours.horizontal[-1] > 0.5
+    assert np.abs(theirs.position_ned - ours.position_ned).max() < 0.05 * ours.horizontal[-1]
+    assert np.abs(theirs.attitude - ours.attitude).max() < 1e-4

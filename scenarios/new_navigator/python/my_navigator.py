@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A textbook navigator in Python for the protocol of sinssim: north-pointing, of second order, without a filter."""
+"""A textbook navigator in Python for the protocol of sinssim: north-pointing, one sample a step, without a filter."""
 
 import math
 import struct

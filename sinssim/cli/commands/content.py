@@ -202,24 +202,40 @@ def sensors(
 
 @command
 def new(
-    folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="The folder to create; it must not exist, or must be empty.")
+    paths: Annotated[
+        list[str],
+        typer.Argument(metavar="[navigator] FOLDER", help="The folder to create; it must not exist, or must be empty."),
     ],
+    language: Annotated[
+        str | None,
+        typer.Option("--language", metavar="NAME", help="Language of the navigator: c, c++, python, octave or rust."),
+    ] = None,
     debug: Debug = False,
 ) -> None:
-    """Create a project folder: a scenario with your own sensors, algorithm and view, ready to run.
+    """Create a project folder: a scenario with your own sensors, algorithm and view, or with your own navigator.
 
-    The README.md of the folder describes each file and the commands. No existing file is changed.
+    The README.md of the folder describes each file and the commands. No existing file is changed. With `navigator` and
+    a language, the folder has a navigator in that language, which navigates on the data of a scenario.
 
-    Example:
+    Examples:
 
         sinssim new my_project
+        sinssim new navigator my_navigator --language c
     """
-    from sinssim.content import new_project
+    from sinssim.content import LANGUAGES, new_navigator, new_project
+    from sinssim.errors import check_name
 
-    files = new_project(folder)
+    *what, folder = paths
+    if what not in ([], ["navigator"]) or bool(what) != (language is not None):
+        raise typer.BadParameter("write `new FOLDER`, or `new navigator FOLDER --language c`")
+    build = ""
+    if language is None:
+        files = new_project(Path(folder))
+    else:
+        check_name("language", language, LANGUAGES)
+        files, build = new_navigator(Path(folder), language)
     width = max(len(file) for file, _ in files)
     print(f"{folder} is ready:")
     for file, sentence in files:
         print(f"  {file:<{width}}  {sentence}")
-    print(f"Next: cd {folder}, then sinssim run scenario.toml")
+    print(f"Next: cd {folder}, then {f'(cd navigators; {build}), then ' if build else ''}sinssim run scenario.toml")
