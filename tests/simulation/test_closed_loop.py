@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import sinssim
+from sinssim.content import package_content
 from sinssim.errors import InputError
 from sinssim.recording.page import page_of
 from sinssim.scenario import Scenario, filter_model, load_scenario
@@ -21,7 +24,12 @@ KNOT = 0.5144444444444445
 SCHULER = math.sqrt(9.81 / 6.378e6)
 
 
-def plan(source: str = "quaternion", initial: dict[str, float] | None = None, **guidance: Any) -> Scenario:
+def plan(
+    source: str = "quaternion",
+    initial: dict[str, float] | None = None,
+    navigator: tuple[Any, ...] = (),
+    **guidance: Any,
+) -> Scenario:
     """Return a flight of a minute to a waypoint in the north, from the equator, with sensors without errors."""
     return Scenario.model_validate(
         {
@@ -34,6 +42,7 @@ def plan(source: str = "quaternion", initial: dict[str, float] | None = None, **
             },
             "imu": {"grade": "ideal", "rate_hz": 50.0},
             "navigation": {"algorithms": ["quaternion"], "vertical": "truth", "initial_error": initial or {}},
+            "navigator": navigator,
         }
     )  # fmt: skip
 
@@ -77,6 +86,57 @@ def test_the_waypoint_is_missed_on_the_true_path(drifted: sinssim.Run) -> None:
     assert miss["left_to_go_m"] == pytest.approx(-north * math.cos(course) - east * math.sin(course), rel=1e-3)
     assert miss["right_m"] == pytest.approx(east * math.cos(course) - north * math.sin(course), rel=1e-3)
     assert miss["right_m"] < -55.0
+
+
+def test_a_navigator_of_somebody_else_guides(drifted: sinssim.Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It has the same errors of the start, and its own height and integration: a hundredth of the displacement."""
+    monkeypatch.setenv("SINSSIM_PROGRAMS", "allow")
+    file = package_content("scenarios") / "new_navigator" / "python" / "my_navigator.py"
+    table = {"name": "mine", "command": [sys.executable, "-I", "-S", str(file)]}
+    run = sinssim.run(plan("mine", {"velocity_east_mps": 1.0}, navigator=(table,)))
+    assert isinstance(run, sinssim.Run)
+    guided = run.truth.guided
+    assert guided is not None
+    assert guided.source == "mine"
+    assert guided.moved[-1] < NEAR < 50.0 < guided.moved[0]
+    assert apart(run.truth.trajectory, drifted.truth.trajectory) < 0.5
+    assert run.parts["guidance"].entry["displacement_max_m"] > 50.0
+
+
+SAME = r"""
+import struct, sys
+import numpy as np
+import sinssim
+read, rows = sys.stdin.buffer.read, []
+read(16)
+while True:
+    kind, index, size = struct.unpack("<HHI", read(8))
+    data = read(size)
+    if kind == 1: numbers = struct.unpack_from("<62d", data)
+    if kind == 3: rows.append(struct.unpack("<8d", data))
+    if kind == 5: break
+rows, x = np.array(rows), np.array(numbers[2:12])
+imu = sinssim.ImuData(np.append(numbers[1], rows[:, 0]), rows[:, 2:5].copy(), rows[:, 5:8].copy())
+s = sinssim.navigate(imu, sinssim.NavState(x[0], x[1], x[2], x[3:6], x[6:10]), algorithm="quaternion", vertical="free")
+states = np.column_stack([s.time, s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb])
+out = sys.stdout.buffer
+out.write(struct.pack("<8sII", b"SINSSIM\0", 1, 0))
+for row in states: out.write(struct.pack("<HHI11d", 6, 0, 88, *row))
+"""
+
+
+@pytest.mark.slow
+def test_the_same_engine_in_a_program_flies_the_same_path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SINSSIM_PROGRAMS", "allow")
+    (tmp_path / "same.py").write_text(SAME)
+    table = {"name": "mine", "command": [sys.executable, str(tmp_path / "same.py")]}
+    scenarios = [plan(source, {"velocity_east_mps": 1.0}, navigator=(table,)) for source in ("quaternion", "mine")]
+    free = [
+        s.model_copy(update={"navigation": s.navigation.model_copy(update={"vertical": "free"})}) for s in scenarios
+    ]
+    (path, _), (other, guided) = map(closed_loop, free)
+    assert guided.moved[0] > 50.0
+    assert apart(path, other) < 1e-6
 
 
 def test_the_loop_is_closed(drifted: sinssim.Run) -> None:

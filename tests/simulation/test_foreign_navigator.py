@@ -419,3 +419,54 @@ def test_a_new_navigator_runs(language: str, tmp_path: Path, monkeypatch: pytest
     assert ours.horizontal[-1] > 0.5
     assert np.abs(theirs.position_ned - ours.position_ned).max() < 0.05 * ours.horizontal[-1]
     assert np.abs(theirs.attitude - ours.attitude).max() < 1e-4
+
+
+def drifting(program: Path, **ensemble: Any) -> Scenario:
+    """Return a run with a navigator that answers as it began, and fails if it was told to begin to the north."""
+    program.write_text(
+        "import sys\n"
+        "print('sinssim 1')\n"
+        "for line in sys.stdin:\n"
+        "    word, *numbers = line.split()\n"
+        "    if word == 'state': state = numbers\n"
+        "    if word == 'imu': print('solution', numbers[0], *state)\n"
+        "if float(state[3]) > 0.0: sys.exit(5)\n"
+    )
+    command = [sys.executable, "-I", "-S", str(program)]
+    return scenario_of(
+        {"name": "mine", "command": command, "form": "text"},
+        navigation={"initial_error": {"velocity_sigma_mps": 1.0}},
+        ensemble={"solution": "mine", "epoch_s": 0.5, **ensemble},
+    )
+
+
+def test_an_ensemble_of_its_runs(tmp_path: Path) -> None:
+    """Its errors are those of single runs; a run in which it fails is a failed run; a directory is continued."""
+    from sinssim.experiments.ensembles.ensemble_plan import run_seed
+
+    scenario = drifting(tmp_path / "mine.py")
+    first = sinssim.ensemble(scenario, 2, tmp_path / "many", threads=2)
+    assert first.computed == 2
+    result = sinssim.ensemble(scenario, 4, tmp_path / "many", resume=True, threads=2)
+    assert result.computed == 2
+    failed = result.failures
+    for number in range(4):
+        single = sinssim.run(scenario.model_copy(update={"seed": run_seed(scenario.seed, number)}))
+        assert isinstance(single, sinssim.Run)
+        why = single.summary["failures"].get("mine")
+        assert (why is None) == (number not in failed)
+        if why is None:
+            error = single.errors["mine"]
+            assert np.array_equal(result.errors.velocity_ned[number, -1], error.velocity_ned[-1])
+        else:
+            assert failed[number] == why["text"]
+            assert "it ends with status 5" in why["text"]
+    assert 0 < len(failed) < 4
+
+
+def test_a_changed_program_is_another_ensemble(tmp_path: Path) -> None:
+    scenario = drifting(tmp_path / "mine.py")
+    sinssim.ensemble(scenario, 2, tmp_path / "many", threads=1)
+    (tmp_path / "mine.py").write_text((tmp_path / "mine.py").read_text() + "# changed\n")
+    with pytest.raises(InputError, match=r"many contains another ensemble|another ensemble|own_content"):
+        sinssim.ensemble(scenario, 3, tmp_path / "many", resume=True, threads=1)
