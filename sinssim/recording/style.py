@@ -56,6 +56,12 @@ COLORS: dict[str, Rgb] = {
     "truth": (0, 158, 115),
     "ideal": (0, 158, 115),
     "measured": (213, 94, 0),
+    # a flight by its navigator: the three paths, the corridor, the three errors
+    "planned": (120, 100, 200),
+    "corridor": (204, 121, 167),
+    "tse": (0, 158, 115),
+    "nse": (86, 180, 233),
+    "fte": (120, 100, 200),
     # estimates of a filter
     "aided": (0, 114, 178),
     "smoothed": (204, 121, 167),

@@ -27,7 +27,7 @@ from sinssim.errors import InputError
 from sinssim.formatting import number_text
 from sinssim.statistics.chi_square import root_mean_square_band
 from sinssim.statistics.percentiles import percentile
-from sinssim.statistics.requirements import COMPONENTS, SHARES, Requirement
+from sinssim.statistics.requirements import CIRCLES, COMPONENTS, SHARES, Requirement
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ class Verdict:
 
 def columns_of(requirement: Requirement) -> tuple[int, ...]:
     """Return the places of the errors that a requirement concerns: 0 and 1 for a circle, else one of `COMPONENTS`."""
-    return (0, 1) if requirement.quantity in SHARES else (COMPONENTS.index(requirement.quantity),)
+    return (0, 1) if requirement.quantity in CIRCLES else (COMPONENTS.index(requirement.quantity),)
 
 
 def errors_of(errors: Sequence[Array]) -> Array:

@@ -1,10 +1,11 @@
 """Requirements on navigation errors as text, "r95(3600 s) <= 1852 m", their quantities, and their limits in charts.
 
-    QUANTITY(WHEN) <= NUMBER UNIT
+    QUANTITY(WHEN) <= NUMBER UNIT, or miss(WAYPOINT) <= NUMBER UNIT
 
 A quantity is `cep` or `r95`, the radius of the circle that contains 50 or 95 % of all runs; `rate`, R95 divided by the
 time since the start; or a component of the error, whose root mean square over all runs counts (1σ if its mean is zero).
-WHEN is a time, `end`, or `run` for every instant of the run; without it, `run`, and `end` for a rate.
+WHEN is a time, `end`, or `run` for every instant of the run; without it, `run`, and `end` for a rate. Of the errors by
+a planned path, and of the miss of a waypoint, the size counts that 95 % of all runs do not exceed.
 """
 
 from __future__ import annotations
@@ -19,8 +20,15 @@ from sinssim.charts import Limit
 from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.units import ANGLES, LENGTHS, SPEEDS, TIMES
 
-SHARES = {"cep": 0.5, "r95": 0.95, "rate": 0.95}
-"""Shares of all runs in the circles of these quantities."""
+CIRCLES = ("cep", "r95", "rate")
+"""Quantities of the horizontal error, whose limits belong to the chart of CEP and R95."""
+BY_PATH = ("tse", "nse", "fte", "tse_vertical")
+"""Errors of a flight by its planned path."""
+MISS = "miss"
+"""The distance at which the true path passes a waypoint."""
+SHARES = {"cep": 0.5} | dict.fromkeys((*CIRCLES[1:], *BY_PATH, MISS), 0.95)
+"""Shares of all runs in the circles, or within the sizes, of these quantities."""
+_MOST = ", which 95 % of all runs do not exceed"
 
 QUANTITIES: dict[str, tuple[str, str]] = {
     "cep": ("length", "radius of the circle that contains half of all runs"),
@@ -35,6 +43,11 @@ QUANTITIES: dict[str, tuple[str, str]] = {
     "tilt_north": ("angle", "tilt about the north axis"),
     "tilt_east": ("angle", "tilt about the east axis"),
     "heading": ("angle", "heading error"),
+    "tse": ("length", f"total system error across the planned path{_MOST}"),
+    "nse": ("length", f"navigation system error across the planned path{_MOST}"),
+    "fte": ("length", f"flight technical error across the planned path{_MOST}"),
+    "tse_vertical": ("length", f"total system error above or below the planned path{_MOST}"),
+    MISS: ("length", f"distance at which the true path passes the waypoint{_MOST}"),
 }
 """Dimension and meaning of each quantity; a component counts with its root mean square over all runs."""
 
@@ -61,6 +74,7 @@ class Requirement:
     time: float  # the time for "at", s since the start; NaN for the others
     limit: float  # largest allowed value, SI
     unit: str  # unit as it was written
+    place: str = ""  # waypoint of a miss: "waypoint 3", or its name
 
     @property
     def unit_size(self) -> float:
@@ -70,6 +84,8 @@ class Requirement:
     @property
     def instant(self) -> str:
         """When it holds, in words."""
+        if self.place:
+            return f"at {self.place}"
         return {"at": f"at {self.time:g} s", "end": "at the end", "run": "at every time of the run"}[self.when]
 
     @property
@@ -113,8 +129,18 @@ def parse_requirement(text: str) -> Requirement:
         what = f"{unit!r} is a unit of {other}" if other else what
         article = "an" if dimension == "angle" else "a"
         raise InputError(f"{about}: {what}; {name} is {article} {dimension}. Known units: {', '.join(known)}.")
-    when, time = parse_when(match["when"], name, about)
-    return Requirement(text.strip(), name, when, time, number * known[unit], unit)
+    place = _place(match["when"], about) if name == MISS else ""
+    when: When
+    when, time = ("end", math.nan) if place else parse_when(match["when"], name, about)
+    return Requirement(text.strip(), name, when, time, number * known[unit], unit, place)
+
+
+def _place(text: str | None, about: str) -> str:
+    """Read the waypoint of a miss."""
+    place = (text or "").strip()
+    if not place:
+        raise InputError(f"{about}: a miss is that of a waypoint; write it like miss(waypoint 3), or with its name.")
+    return place
 
 
 def parse_requirements(require: str | Requirement | Iterable[str | Requirement]) -> tuple[Requirement, ...]:
@@ -165,10 +191,13 @@ class Quantity:
     quantity: str  # one of `QUANTITIES`
     when: When  # "at" a time, at the "end", or the largest throughout the "run"
     time: float = 0.0  # the time for "at", s since the start; 0 for the others
+    place: str = ""  # waypoint of a miss
 
     @property
     def text(self) -> str:
         """As it is written: "r95(3600 s)"."""
+        if self.place:
+            return f"{self.quantity}({self.place})"
         return f"{self.quantity}({f'{self.time:.10g} s' if self.when == 'at' else self.when})"
 
     @property
@@ -179,6 +208,8 @@ class Quantity:
     @property
     def instant(self) -> str:
         """When it holds, in words."""
+        if self.place:
+            return f"at {self.place}"
         largest = "largest of the run"
         return {"at": f"at {self.time:.10g} s", "end": "at the end", "run": largest}[self.when]
 
@@ -186,12 +217,14 @@ class Quantity:
     def column(self) -> str:
         """Name of its column, with the unit: "r95_3600s_m", "heading_end_rad"; rates are in nmi/h."""
         when = f"{self.time:.10g}s" if self.when == "at" else self.when
+        when = re.sub(r"\W+", "_", self.place) or when
         return f"{self.quantity}_{when}_{'nmi_h' if self.quantity == 'rate' else _SI[self.dimension]}"
 
 
 def quantity_of(requirement: Requirement) -> Quantity:
     """Return the quantity of a requirement."""
-    return Quantity(requirement.quantity, requirement.when, requirement.time if requirement.when == "at" else 0.0)
+    time = requirement.time if requirement.when == "at" else 0.0
+    return Quantity(requirement.quantity, requirement.when, time, requirement.place)
 
 
 def parse_quantity(text: str) -> Quantity:
@@ -206,14 +239,13 @@ def parse_quantity(text: str) -> Quantity:
     name = match["name"].lower()
     if name not in QUANTITIES:
         raise unknown_name("quantity", name, QUANTITIES)
+    if name == MISS:
+        return Quantity(name, "end", place=_place(match["when"], f"quantity {shortened(repr(text))}"))
     if match["when"] is None:
         return Quantity(name, "end")
     when, time = parse_when(match["when"], name, f"quantity {shortened(repr(text))}")
     return Quantity(name, when, 0.0 if math.isnan(time) else time)
 
-
-CIRCLES = tuple(SHARES)
-"""Quantities whose limits belong to the chart of CEP and R95."""
 
 Judged = Sequence[tuple[Requirement, str]]
 """Requirements with their verdicts: "met", "not met" or "undecided"."""

@@ -356,3 +356,6 @@ def test_a_heading_error_turns_the_true_track() -> None:
     run = sinssim.run(scenario)
     (miss,) = run.parts["guidance"].entry["waypoints"]
     assert miss["right_m"] == pytest.approx(-300e3 * math.radians(0.1), rel=0.01)
+    errors = run.parts["planned_path"].errors
+    last = np.flatnonzero(errors.leg == 2)[-1]
+    assert errors.tse[last, 0] == pytest.approx(-300e3 * math.radians(0.1), rel=0.02)

@@ -18,6 +18,7 @@ from sinssim.statistics.requirement_verdict import (
     verdict_of,
 )
 from sinssim.statistics.requirements import (
+    CIRCLES,
     COMPONENTS,
     QUANTITIES,
     SHARES,
@@ -63,9 +64,28 @@ def test_each_quantity(name: str, unit: str, size: float, column: str, meaning: 
 
 
 def test_all_quantities() -> None:
-    assert SHARES == {"cep": 0.5, "r95": 0.95, "rate": 0.95}
-    assert list(QUANTITIES) == [*SHARES, *COMPONENTS]
+    by_path = {"tse": 0.95, "nse": 0.95, "fte": 0.95, "tse_vertical": 0.95, "miss": 0.95}
+    assert {"cep": 0.5, "r95": 0.95, "rate": 0.95, **by_path} == SHARES
+    assert list(QUANTITIES) == ["cep", "r95", "rate", *COMPONENTS, *by_path]
     assert len(COMPONENTS) == 9
+    assert CIRCLES == ("cep", "r95", "rate")
+
+
+def test_by_the_planned_path() -> None:
+    total = parse_requirement("TSE(2 h) <= 4 nmi")
+    assert (total.quantity, total.time, total.limit) == ("tse", 7200.0, 4.0 * 1852.0)
+    assert total.meaning == (
+        "total system error across the planned path, which 95 % of all runs do not exceed, at 7200 s, at most 4 nmi"
+    )
+    miss = parse_requirement("miss( waypoint 3 ) <= 0.5 km")
+    assert (miss.quantity, miss.when, miss.place, miss.limit) == ("miss", "end", "waypoint 3", 500.0)
+    assert miss.instant == "at waypoint 3"
+    quantity = parse_quantity("miss(waypoint 3)")
+    assert quantity == quantity_of(miss)
+    assert (quantity.column, quantity.text) == ("miss_waypoint_3_m", "miss(waypoint 3)")
+    assert quantity.instant == "at waypoint 3"
+    with pytest.raises(InputError, match="a miss is that of a waypoint"):
+        parse_quantity("miss")
 
 
 @pytest.mark.parametrize(

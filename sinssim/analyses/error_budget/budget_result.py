@@ -23,7 +23,15 @@ from sinssim.errors import InputError, unknown_name
 from sinssim.recording.result import Media, Result
 from sinssim.statistics.circular_error import radius_about_mean, share_inside
 from sinssim.statistics.requirement_verdict import Exceeded, first_exceeded
-from sinssim.statistics.requirements import COMPONENTS, SHARES, Requirement, parse_requirements
+from sinssim.statistics.requirements import (
+    BY_PATH,
+    COMPONENTS,
+    MISS,
+    SHARES,
+    Quantity,
+    Requirement,
+    parse_requirements,
+)
 from sinssim.system.short_repr import html_table, short_repr
 
 if TYPE_CHECKING:
@@ -386,6 +394,15 @@ class Answer:
         return self.requirement.limit - self.value
 
 
+def check_budgeted(requirement: Requirement | Quantity) -> None:
+    """Raise for a requirement that a covariance of the navigation errors does not answer."""
+    if requirement.quantity in (*BY_PATH, MISS):
+        raise InputError(
+            f"{requirement.text!r}: a budget has the errors of the navigator, not the flight that follows them; "
+            "`sinssim ensemble` and `run` judge it."
+        )
+
+
 def times_of(requirements: Iterable[Requirement]) -> tuple[float, ...]:
     """Return the instants that a budget needs for some requirements, s since the start."""
     return tuple(requirement.time for requirement in requirements if requirement.when == "at")
@@ -398,6 +415,7 @@ def answers(
     joint_sources = tuple(_sized(result, name) for name in free)
     results = []
     for requirement in parse_requirements(requirements):
+        check_budgeted(requirement)
         requirement.check_within(float(result.time[-1]))
         rows, (value, time, exceeded) = _rows(result, requirement), answer_of(result, requirement)
         order = [improvement.source for improvement in result.improvements(time)]

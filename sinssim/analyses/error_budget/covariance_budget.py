@@ -12,7 +12,7 @@ import numpy as np
 from sinssim.alignment.initial_conditions import alignment_samples
 from sinssim.analyses.error_budget.aligned_start import align, begin_aligned, samples_of_alignment
 from sinssim.analyses.error_budget.budget_exhibits import BudgetMedia
-from sinssim.analyses.error_budget.budget_result import Added, BudgetResult, times_of
+from sinssim.analyses.error_budget.budget_result import Added, BudgetResult, check_budgeted, times_of
 from sinssim.analyses.error_budget.covariance_propagation import (
     STATES,
     Consider,
@@ -201,6 +201,8 @@ def budget(
     scenario = as_scenario(scenario, overrides)
     check_directory(directory, overwrite)
     wanted, times = parse_requirements(require), tuple(times)
+    for requirement in wanted:
+        check_budgeted(requirement)
     with shown(progress, _STAGES) as say:
         result = _budget(scenario, times, wanted, solution, truth, tuple(marks), say)
     result = replace(result, requirements=wanted, free=tuple(free), times=times)

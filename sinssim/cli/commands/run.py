@@ -19,6 +19,7 @@ from sinssim.cli.options import (
     Trial,
     command,
     overwrite_option,
+    require_option,
     scenario_names,
     with_grade,
 )
@@ -71,6 +72,13 @@ Detail = Annotated[
         show_default="recording.detail: light",
     ),
 ]
+Require = Annotated[
+    list[str] | None,
+    require_option(
+        'Test a requirement by the errors of this run: "r95(3600 s) <= 1852 m", "tse(run) <= 4 nmi", '
+        '"miss(waypoint 3) <= 1 nmi"'
+    ),
+]
 
 
 @command
@@ -84,6 +92,7 @@ def run(
     outages: Outages = None,
     keep: Keep = None,
     recording: Detail = None,
+    require: Require = None,
     trial: Trial = True,
     allow_programs: AllowPrograms = False,
     quiet: Quiet = False,
@@ -111,9 +120,10 @@ def run(
         sinssim run first_flight --keep report
     """
     from sinssim.analyses.inspection.inspected_files import are_raw
+    from sinssim.statistics.requirements import parse_requirements
     from sinssim.system.outputs import check_place
 
-    settings = [*with_grade(settings, grade), *_kept(keep, recording)]
+    settings, wanted = [*with_grade(settings, grade), *_kept(keep, recording)], parse_requirements(require or ())
     raw = are_raw(scenario)
     if not (raw or trial):
         raise typer.BadParameter("--no-trial is for recorded files, whose suggested scenario it leaves untried; "
@@ -127,7 +137,7 @@ def run(
     from sinssim.experiments.run.execute import run
 
     try:
-        result = run(plan, directory, overwrite=overwrite, progress=has_bars(quiet))
+        result = run(plan, directory, overwrite=overwrite, require=wanted, progress=has_bars(quiet))
     except KeyboardInterrupt as interrupt:
         if not notes_of(interrupt):
             interrupt.add_note("Nothing had been recorded.")

@@ -30,6 +30,7 @@ from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.sets.sensor_readings import draw_true_errors
 from sinssim.sensors.sets.sensor_set import Gyros
 from sinssim.simulation.navigation_stage import by_one
+from sinssim.simulation.path_errors import has_path
 from sinssim.statistics.random_numbers import key
 from sinssim.strapdown.coning_sculling import WINDOW, is_uniform, weight_table
 from sinssim.strapdown.frames.navigation_problem import Increments
@@ -89,6 +90,8 @@ def why_unsupported(scenario: Scenario) -> str | None:
         return "its navigator compensates the disturbance of gravity along its own path"
     if imu.rotation is not None:
         return "its IMU rotates in the vehicle"
+    if has_path(scenario):
+        return "its errors by the planned path are kept"
     if navigation.alignment is not None:
         return "each run aligns itself"
     if imu.faults:

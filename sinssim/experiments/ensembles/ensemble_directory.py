@@ -103,7 +103,7 @@ def _columns(errors: Errors, runs: slice) -> dict[str, Array]:
 
 def _errors(columns: dict[str, Array], failure: list[str], plan: Plan) -> RunErrors:
     """Return what `_columns` was made of."""
-    errors = empty(len(failure), len(plan.epochs), plan.keys, tuple(plan.blocks), plan.sensors)
+    errors = empty(len(failure), len(plan.epochs), plan.keys, tuple(plan.blocks), plan.sensors, plan.path)
     errors.number[:], errors.seed[:], errors.end[:] = (columns[name] for name in ("run", "seed", "end_s"))
     errors.failure = failure
     for key, values in errors.values.items():
@@ -220,7 +220,8 @@ class EnsembleDirectory(Store):
         plan, count = self.plan, sum(map(len, groups))
         failed, then = f"the errors of {count} runs could not be combined in", " All runs are kept; --resume continues."
         with self.writing(failed, then):
-            errors = errors_for(count, len(plan.epochs), plan.keys, tuple(plan.blocks), plan.sensors, self.path)
+            keys, blocks = plan.keys, tuple(plan.blocks)
+            errors = errors_for(count, len(plan.epochs), keys, blocks, plan.sensors, self.path, plan.path)
             first = 0
             for runs in groups:
                 errors.put(read_chunk(self.folder / chunk_name(runs), plan), first)

@@ -11,7 +11,7 @@ import tempfile
 import threading
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -65,6 +65,7 @@ class KeptErrors:
         final: the errors at each run's own end, (R, 9), in the order of `COMPONENTS`.
         blocks: blocks of a filter's states; none without a filter.
         sensors: its aiding sensors.
+        path: columns by the planned path of a flight, see `sinssim.simulation.path_errors.path_columns`.
     """
 
     number: NDArray[np.int64]
@@ -75,11 +76,12 @@ class KeptErrors:
     final: Array
     blocks: tuple[str, ...]
     sensors: tuple[str, ...]
+    path: tuple[str, ...] = field(default=(), kw_only=True)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the columns, see `column_names`."""
-        return column_names(self.blocks, self.sensors, bool(self.blocks))
+        return column_names(self.blocks, self.sensors, bool(self.blocks), self.path)
 
     def column(self, name: str, epochs: slice = EVERYTHING, runs: slice = EVERYTHING) -> Array:
         """Return one of the columns `names` at some epochs of some runs, (R, E)."""
@@ -186,15 +188,18 @@ class RunErrors(KeptErrors):
         return int(self.table.shape[2])
 
 
-def column_names(blocks: Sequence[str], sensors: Sequence[str], sigma: bool) -> tuple[str, ...]:
+def column_names(
+    blocks: Sequence[str], sensors: Sequence[str], sigma: bool, path: Sequence[str] = ()
+) -> tuple[str, ...]:
     """Return the names of the columns that are kept of each run at each epoch.
 
     These are the components, each followed by "sigma_" and its name with a filter; then "nees" and "nees_freedom" with
-    a space and a block of the filter's states, "nis" and "nis_freedom" with an aiding sensor.
+    a space and a block of the filter's states, "nis" and "nis_freedom" with an aiding sensor; and those by a planned
+    path.
     """
     kinds = (("nees", blocks), ("nees_freedom", blocks), ("nis", sensors), ("nis_freedom", sensors))
     errors = [text for name in COMPONENTS for text in ((name, f"sigma_{name}") if sigma else (name,))]
-    return (*errors, *(f"{kind} {name}" for kind, names in kinds for name in names))
+    return (*errors, *(f"{kind} {name}" for kind, names in kinds for name in names), *path)
 
 
 def spans_of(runs: int, epochs: int) -> list[slice]:
@@ -216,7 +221,12 @@ def _parts(length: int, number: int) -> list[slice]:
 
 
 def empty(
-    count: int, epochs: int, keys: Sequence[str], blocks: Sequence[str] = (), sensors: Sequence[str] = ()
+    count: int,
+    epochs: int,
+    keys: Sequence[str],
+    blocks: Sequence[str] = (),
+    sensors: Sequence[str] = (),
+    path: Sequence[str] = (),
 ) -> RunErrors:
     """Return the errors of runs that are still to be filled in, all NaN; with `sigma` if there are blocks."""
     return RunErrors(
@@ -228,13 +238,15 @@ def empty(
         final=np.full((count, 9), np.nan),
         blocks=tuple(blocks),
         sensors=tuple(sensors),
-        table=np.full((len(column_names(blocks, sensors, bool(blocks))), count, epochs), np.nan),
+        path=tuple(path),
+        table=np.full((len(column_names(blocks, sensors, bool(blocks), path)), count, epochs), np.nan),
     )
 
 
-def bytes_of(runs: int, epochs: int, blocks: int = 0, sensors: int = 0) -> float:
-    """Return the memory of the errors of some runs, bytes; of a filter with some blocks and aiding sensors."""
-    return 8.0 * runs * epochs * (9 + 9 * bool(blocks) + 2 * blocks + 2 * sensors)
+def bytes_of(runs: int, epochs: int, blocks: int = 0, sensors: int = 0, path: int = 0) -> float:
+    """Return the memory of the errors of some runs, bytes; of a filter with some blocks and aiding sensors, and of
+    columns by a planned path."""
+    return 8.0 * runs * epochs * (9 + 9 * bool(blocks) + 2 * blocks + 2 * sensors + path)
 
 
 def rows_at(epochs: Array, time: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -273,12 +285,21 @@ class StoredErrors(KeptErrors):
     """The errors of many runs in a file, which is read at each use; what does not depend on the epoch is in memory."""
 
     def __init__(
-        self, count: int, epochs: int, keys: Sequence[str], blocks: Sequence[str], sensors: Sequence[str], folder: Path
-    ) -> None:
+        self, count: int, epochs: int, keys: Sequence[str], blocks: Sequence[str], sensors: Sequence[str], folder: Path,
+        path: Sequence[str] = (),
+    ) -> None:  # fmt: skip
         """Begin with all values missing; the file in `folder` disappears with this object."""
-        runs = empty(count, 0, keys, blocks, sensors)
+        runs = empty(count, 0, keys, blocks, sensors, path)
         super().__init__(
-            runs.number, runs.seed, runs.end, runs.failure, runs.values, runs.final, runs.blocks, runs.sensors
+            runs.number,
+            runs.seed,
+            runs.end,
+            runs.failure,
+            runs.values,
+            runs.final,
+            runs.blocks,
+            runs.sensors,
+            path=runs.path,
         )
         self._epochs = epochs
         self._place = {name: place for place, name in enumerate(self.names)}
@@ -360,12 +381,13 @@ Errors = RunErrors | StoredErrors
 
 
 def errors_for(
-    count: int, epochs: int, keys: Sequence[str], blocks: Sequence[str], sensors: Sequence[str], folder: Path
-) -> Errors:
+    count: int, epochs: int, keys: Sequence[str], blocks: Sequence[str], sensors: Sequence[str], folder: Path,
+    path: Sequence[str] = (),
+) -> Errors:  # fmt: skip
     """Return the errors of an ensemble that are still to be put: in memory, or in a file if they are many."""
-    if bytes_of(count, epochs, len(blocks), len(sensors)) <= IN_MEMORY:
-        return empty(count, epochs, keys, blocks, sensors)
-    return StoredErrors(count, epochs, keys, blocks, sensors, folder)
+    if bytes_of(count, epochs, len(blocks), len(sensors), len(path)) <= IN_MEMORY:
+        return empty(count, epochs, keys, blocks, sensors, path)
+    return StoredErrors(count, epochs, keys, blocks, sensors, folder, path)
 
 
 def write_tables(errors: Errors, epochs: Array, mean_rates: Array, end_rates: Array, folder: Path) -> tuple[Path, Path]:

@@ -48,10 +48,13 @@ from sinssim.experiments.ensembles.ensemble_errors import (
 from sinssim.experiments.ensembles.ensemble_plan import ALL, Member, Plan, TruthCache, member, motions_differ
 from sinssim.experiments.workload import Abandoned, Executor, Part, Threads, WorkerDiedError
 from sinssim.simulation.navigation_stage import by_one, navigate
+from sinssim.simulation.path_errors import path_values
 from sinssim.simulation.truth_and_sensors import Truth, sense
 
 if TYPE_CHECKING:
+    from sinssim.data import NavSolution
     from sinssim.estimation import Estimate
+    from sinssim.scenario import Scenario
     from sinssim.simulation.truth_and_sensors import Sensed
     from sinssim.simulation.truth_comparison import Aided
 
@@ -70,7 +73,7 @@ def errors_of_runs(plan: Plan, runs: range, truths: TruthCache, on_run: OnRun | 
     Inertial runs on one motion are computed together where the batch serves them, and one by one otherwise. A run that
     fails has the reason in `failure`, and its errors are NaN.
     """
-    errors = empty(len(runs), len(plan.epochs), plan.keys, tuple(plan.blocks), plan.sensors)
+    errors = empty(len(runs), len(plan.epochs), plan.keys, tuple(plan.blocks), plan.sensors, plan.path)
     members = [member(plan.scenario, number) for number in runs]
     for row, (number, run) in enumerate(zip(runs, members, strict=True)):
         errors.number[row], errors.seed[row] = number, run.seed
@@ -122,6 +125,17 @@ def errors_of_run(plan: Plan, run: Member, truths: TruthCache, errors: RunErrors
     error = truth.error_of(solution, truth.axes(scenario.navigation.frame), rows)
     check_finite(error)
     store_errors(errors, row, error, epochs)
+    if errors.path:
+        _store_path(plan, scenario, truth, solution, errors, row)
+
+
+def _store_path(
+    plan: Plan, scenario: Scenario, truth: Truth, solution: NavSolution, errors: RunErrors, row: int
+) -> None:
+    """Fill in what is kept by the planned path of a flight."""
+    reached = np.flatnonzero(plan.epochs <= truth.time[-1] + WITHIN)
+    for name, column in path_values(scenario, truth, solution, plan.epochs[reached]).items():
+        errors.column(name)[row, reached] = column
 
 
 def _unexpected(error: Exception) -> str:
@@ -176,6 +190,8 @@ def compute_filtered(plan: Plan, sensed: Sensed, errors: RunErrors, row: int) ->
     errors.sigma[row, epochs] = estimate.sigma[rows[:-1], :9]
     _store_nees(aided, errors, row, epochs, rows[:-1])
     _store_nis(plan, estimate, errors, row)
+    if errors.path:
+        _store_path(plan, scenario, truth, estimate.solution, errors, row)
 
 
 def _store_nees(aided: Aided, errors: RunErrors, row: int, epochs: NDArray[np.intp], rows: NDArray[np.intp]) -> None:

@@ -25,6 +25,7 @@ from sinssim.scenario.ensemble_section import Choice, Normal, Uniform
 from sinssim.scenario.plan_summary import own_digests
 from sinssim.simulation.closed_loop import closed_loop, is_guided
 from sinssim.simulation.foreign_navigator import check_programs
+from sinssim.simulation.path_errors import check_path, path_columns
 from sinssim.simulation.truth_and_sensors import Truth, truth_along
 from sinssim.system.short_repr import short_repr
 
@@ -269,6 +270,7 @@ class Plan:
         flight: digest of the flight or of the track's file, "" for another motion.
         course: direction of the true ground velocity at the end of the run, rad; NaN at rest.
         extra: epochs that requirements add to the others, s; rates and means over the epochs leave them out.
+        path: what is kept by the planned path of a flight.
     """
 
     scenario: Scenario
@@ -281,6 +283,7 @@ class Plan:
     flight: str = ""
     course: float = math.nan
     extra: tuple[float, ...] = ()
+    path: tuple[str, ...] = ()
 
     @property
     def filtered(self) -> bool:
@@ -345,6 +348,8 @@ def make_plan(
     )
     check_programs(scenario)
     check_times(scenario)
+    require = tuple(require)
+    check_path(scenario, require)
     blocks = _blocks(scenario) if solution == AIDED else {}
     check_route(scenario)
     truth = (truths or TruthCache()).of(scenario)
@@ -358,8 +363,9 @@ def make_plan(
     north, east, _ = (float(v) for v in truth.state.velocity_ned[-1])
     course = math.atan2(east, north) if math.hypot(north, east) > _MOVES else math.nan
     return Plan(
-        scenario, solution, epochs, float(truth.time[0]), chunk, blocks, sensors, flight_digest(scenario), course, extra
-    )
+        scenario, solution, epochs, float(truth.time[0]), chunk, blocks, sensors, flight_digest(scenario), course,
+        extra, path_columns(scenario),
+    )  # fmt: skip
 
 
 def with_runs(plan: Plan, runs: int) -> Plan:

@@ -117,7 +117,7 @@ def runs_at_a_time(plan: Plan) -> int:
 
 
 def _bytes(plan: Plan, runs: int, epochs: int | None = None) -> float:
-    return bytes_of(runs, epochs or len(plan.epochs), len(plan.blocks), len(plan.sensors))
+    return bytes_of(runs, epochs or len(plan.epochs), len(plan.blocks), len(plan.sensors), len(plan.path))
 
 
 def _memory() -> float:

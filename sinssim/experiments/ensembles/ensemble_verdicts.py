@@ -15,6 +15,7 @@ from sinssim.errors import InputError
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS
 from sinssim.formatting import number_text, two_digits
 from sinssim.scenario.ensemble_section import MOST_RUNS
+from sinssim.simulation.path_errors import path_column
 from sinssim.statistics.chi_square import root_mean_square_band
 from sinssim.statistics.circular_error import to_nmi_h
 from sinssim.statistics.percentiles import percentile
@@ -28,8 +29,8 @@ from sinssim.statistics.requirement_verdict import (
     tally,
     verdict_of,
 )
+from sinssim.statistics.requirements import BY_PATH, MISS, SHARES, Quantity, Requirement
 from sinssim.statistics.requirements import COMPONENTS as QUANTITIES
-from sinssim.statistics.requirements import SHARES, Quantity, Requirement
 
 if TYPE_CHECKING:
     from sinssim.experiments.ensembles.ensemble_plan import Plan
@@ -72,6 +73,10 @@ def judge(
     """
     rows = np.ones(len(result), np.bool_) if runs is None else result.errors.number < runs
     failed, elapsed = result.failed[rows], result.elapsed
+    by_path = _path_column(result, requirement)
+    if by_path and requirement.when == "end":
+        errors = _at_end(result.errors.column(by_path))[rows]
+        return verdict_of(requirement, elapsed[-1:], _tally(requirement, elapsed[-1:], errors, failed), error)
     if requirement.when == "end":
         errors = errors_of([result.errors.final[rows, place, None] for place in columns_of(requirement)])
         if requirement.quantity == "rate":  # of each run by its own time
@@ -84,12 +89,27 @@ def judge(
         epochs = [slice(column, column + 1)]
     tallies = []
     for some in epochs:
-        errors = errors_of([result.errors.column(COMPONENTS[p], some)[rows] for p in columns_of(requirement)])
+        names = [by_path] if by_path else [COMPONENTS[place] for place in columns_of(requirement)]
+        errors = errors_of([result.errors.column(name, some)[rows] for name in names])
         tallies.append(_tally(requirement, elapsed[some], errors, failed))
     aiding = result.plan.scenario.aiding
     outages = () if aiding is None or not result.plan.filtered else aiding.outages
     instants = np.concatenate([elapsed[some] for some in epochs])
     return verdict_of(requirement, instants, joined(tallies), error, outages)
+
+
+def _path_column(result: EnsembleResult, quantity: Requirement | Quantity) -> str:
+    """Return the column of a quantity by the planned path, "" for another one."""
+    if quantity.quantity not in (*BY_PATH, MISS):
+        return ""
+    assert result.plan.scenario.flight is not None  # it was checked before the runs
+    return path_column(result.plan.scenario.flight, quantity)
+
+
+def _at_end(values: Array) -> Array:
+    """Return the last known value of each run, (N, 1), of values at the epochs, (N, K)."""
+    last = values.shape[1] - 1 - np.argmax(np.isfinite(values[:, ::-1]), axis=1)
+    return np.take_along_axis(values, last[:, None], axis=1)
 
 
 def _tally(requirement: Requirement, instants: Array, errors: Array, failed: NDArray[np.bool_]) -> Tally:
@@ -215,7 +235,12 @@ def _epochs(result: EnsembleResult, quantity: Quantity) -> slice:
 
 def _circle(result: EnsembleResult, quantity: Quantity) -> Estimate:
     """Return a percentile with its band."""
-    if quantity.when == "end":
+    by_path = _path_column(result, quantity)
+    if by_path and quantity.when == "end":
+        errors = np.abs(_at_end(result.errors.column(by_path)))
+    elif by_path:
+        errors = np.abs(result.errors.column(by_path, _epochs(result, quantity)))
+    elif quantity.when == "end":
         errors = to_nmi_h(result.end_rates) if quantity.quantity == "rate" else result.final_horizontal
         errors = errors[:, None]
     else:
@@ -223,6 +248,11 @@ def _circle(result: EnsembleResult, quantity: Quantity) -> Estimate:
         errors = result.horizontal_at(columns)
         if quantity.quantity == "rate":
             errors = to_nmi_h(errors / result.elapsed[columns])
+    if by_path:
+        errors = np.where(result.failed[:, None], np.inf, errors)
+        errors = errors[:, np.isfinite(errors).any(axis=0)]
+        if not errors.size:
+            return Estimate(math.nan)
     circle = percentile(errors, SHARES[quantity.quantity])
     if quantity.when == "run":
         return Estimate(_largest(circle.value))

@@ -20,17 +20,23 @@ from sinssim.earth.geodetic_coordinates import radii
 from sinssim.earth.gravity import gravity_ned
 from sinssim.errors import InputError, RunError
 from sinssim.exhibits import EVERYWHERE, Column, Item, Sentence, Table
-from sinssim.experiments.run.summary_types import ErrorNumbers, FailureNumbers, PassageNumbers
+from sinssim.experiments.run.summary_types import ErrorNumbers, FailureNumbers, PassageNumbers, RequirementNumbers
 from sinssim.formatting import capital, number_text
 from sinssim.recording import style
 from sinssim.recording.result import plain
+from sinssim.simulation.path_errors import misses, path_column, path_values, pieces_of
+from sinssim.simulation.truth_and_sensors import Truth
+from sinssim.statistics.requirement_verdict import Verdict, first_exceeded
+from sinssim.statistics.requirements import BY_PATH, CIRCLES, COMPONENTS, MISS
 from sinssim.strapdown.navigation_error import NavError, known_error_numbers_of
 from sinssim.units import ANGLE_SCALE, HEIGHT_SCALE, LENGTH_SCALE, SPEED_SCALE, Scale, fixed, suiting
 
 if TYPE_CHECKING:
-    from sinssim.experiments.run.run_result import Run
+    from sinssim.experiments.run.run_result import Reached, Run
     from sinssim.experiments.run.summary_types import LogNumbers
+    from sinssim.scenario import Scenario
     from sinssim.simulation.truth_comparison import Aided
+    from sinssim.statistics.requirements import Requirement
 
 
 _KINDS = ("final", "rms", "max")
@@ -411,3 +417,90 @@ def worse_than_inertial(aided: Aided, inertial: Mapping[str, tuple[Array, Array]
             f"is {number_text(rms)} m (rms), that of {name} {number_text(other)} m. The filter's own 1σ is "
             f"{number_text(sigma)} m. {why}"
         )
+
+
+def requirement_verdicts(reached: Reached, require: Iterable[Requirement]) -> list[Verdict]:
+    """Judge requirements by one run, whose error counts as it is, where an ensemble has that of 95 % of its runs.
+
+    The errors are those of the solution that an ensemble keeps.
+    """
+    navigated, truth = reached.navigated, reached.truth
+    assert navigated is not None  # the run has navigated
+    assert isinstance(truth, Truth)
+    if reached.aided is not None:
+        of_solution, solution = reached.aided.error_at(slice(None)), reached.aided.estimate.solution
+    else:
+        name = next(iter(navigated.errors))
+        of_solution, solution = navigated.errors[name], navigated.solutions[name]
+    path: dict[str, Array] = {}
+    verdicts = []
+    for requirement in require:
+        if requirement.quantity == MISS:
+            verdicts.append(_missed(requirement, reached.scenario, truth))
+            continue
+        if requirement.quantity in BY_PATH:
+            time = np.append(np.arange(truth.time[0], truth.time[-1], 1.0), truth.time[-1])
+            path = path or path_values(reached.scenario, truth, solution, time)
+            values = np.abs(path[f"{requirement.quantity}_m"])
+        else:
+            time, values = of_solution.time, _judged_error(of_solution, requirement.quantity)
+        verdicts.append(_verdict(requirement, time - truth.time[0], values))
+    return verdicts
+
+
+def _missed(requirement: Requirement, scenario: Scenario, truth: Truth) -> Verdict:
+    """Judge the miss of a waypoint; undecided if the flight does not get there."""
+    assert scenario.flight is not None  # it has waypoints
+    column = path_column(scenario.flight, requirement)
+    for miss in misses(scenario, truth, pieces_of(scenario, truth)):
+        if column == f"miss_{miss.number}_m":
+            return Verdict.certain(requirement, abs(miss.right), miss.time - float(truth.time[0]), None)
+    return Verdict(requirement, "undecided", math.nan, math.nan, 1, None)
+
+
+def _judged_error(error: NavError, quantity: str) -> Array:
+    """Return the size of the error that a quantity limits, at the instants of a solution, SI."""
+    if quantity in CIRCLES:
+        return error.horizontal
+    place = COMPONENTS.index(quantity)
+    vector = (error.position_ned, error.velocity_ned, error.attitude)[place // 3]
+    return np.abs(vector[:, place % 3])
+
+
+def _verdict(requirement: Requirement, time: Array, values: Array) -> Verdict:
+    """Judge a requirement by the errors of one run at some instants, s since its start."""
+    known = np.isfinite(values)
+    time, values = time[known], values[known]
+    if requirement.quantity == "rate":
+        time, values = time[time > 0.0], values[time > 0.0] / time[time > 0.0]
+    if requirement.when == "at":
+        requirement.check_within(float(time[-1]) if len(time) else 0.0)
+    if not len(time):
+        return Verdict(requirement, "undecided", math.nan, math.nan, 1, None)
+    if requirement.when == "at":
+        value, at = float(np.interp(requirement.time, time, values)), requirement.time
+    else:
+        row = len(time) - 1 if requirement.when == "end" else int(np.argmax(values))
+        value, at = float(values[row]), float(time[row])
+    return Verdict.certain(requirement, value, at, first_exceeded(requirement, time, values))
+
+
+def requirement_numbers(verdict: Verdict) -> RequirementNumbers:
+    """Return a verdict of one run for `summary.json`, with value and limit in the unit as written."""
+    unit = verdict.in_unit
+    return RequirementNumbers(
+        requirement=unit.requirement, verdict=unit.verdict, value=unit.value, limit=unit.limit, unit=unit.unit,
+        time_s=unit.time_s, exceeded_from_s=unit.exceeded_from_s,
+    )  # fmt: skip
+
+
+def requirement_sentences(numbers: Iterable[RequirementNumbers]) -> Iterator[Sentence]:
+    """Yield the verdicts of one run in words."""
+    for n in numbers:
+        if n["value"] is None or math.isnan(n["value"]):
+            yield Sentence(f"{n['requirement']}: undecided. This run has no such value.", "warning")
+            continue
+        since = "" if n["exceeded_from_s"] is None else f", exceeded from {n['exceeded_from_s']:.4g} s"
+        text = f"{n['requirement']}: {'met' if n['verdict'] == 'met' else 'NOT MET'} in this run. The value is "
+        text += f"{number_text(n['value'])} {n['unit']} at {n['time_s']:.6g} s{since}."
+        yield Sentence(text, "" if n["verdict"] == "met" else "warning")

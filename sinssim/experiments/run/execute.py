@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import partial
@@ -13,13 +13,15 @@ import numpy as np
 
 from sinssim.data import Array, NavState
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
-from sinssim.errors import RunError, SinssimError
+from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.experiments.run.error_exhibits import (
     error_table,
     failure_numbers,
     figure_charts,
     horizontal_of,
     passage_numbers,
+    requirement_numbers,
+    requirement_verdicts,
     worse_than_inertial,
 )
 from sinssim.experiments.run.filter_exhibits import filter_exhibits
@@ -40,6 +42,7 @@ from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.planned_limits import check_route, check_route_flown, check_times, warn_of_limits
 from sinssim.simulation.foreign_navigator import check_programs, ended_with_errors, messages_of
 from sinssim.simulation.navigation_stage import Navigated, aid, before_navigation, best_reference, navigate
+from sinssim.simulation.path_errors import check_path
 from sinssim.simulation.truth_and_sensors import (
     STAGES,
     RecordedMotion,
@@ -50,6 +53,7 @@ from sinssim.simulation.truth_and_sensors import (
     sense_recorded,
     truth_along,
 )
+from sinssim.statistics.requirements import Requirement, parse_requirements
 from sinssim.strapdown.engine_assembly import check_own_files
 from sinssim.strapdown.navigation_error import NO_NUMBERS, error_numbers_of, known_error_numbers_of
 from sinssim.system.process import give_back_memory, map_large_arrays
@@ -72,6 +76,7 @@ def run(
     *,
     overrides: Overrides = (),
     overwrite: bool = False,
+    require: str | Requirement | Iterable[str | Requirement] = (),
     progress: Progress | bool | None = None,
 ) -> Run | PlaneRun:
     """Run a scenario: fly, sense, navigate by each algorithm, compare with the truth, and record.
@@ -88,6 +93,7 @@ def run(
         directory: run directory to write; nothing is written if not given.
         overrides: settings "key=value", as for `load_scenario`.
         overwrite: whether an existing run in the directory may be replaced.
+        require: requirements on the errors of this run, such as "tse(run) <= 4 nmi"; their verdicts are in the summary.
         progress: called with one of `STAGES` and the fraction done, 0…1; "filter: " and what is tried while
             `filter.diagnose` searches. True shows a bar for each stage.
 
@@ -104,14 +110,22 @@ def run(
     scenario = as_scenario(scenario, overrides)
     check_own_files(scenario.navigation.algorithms, scenario.navigation.frame)
     check_programs(scenario)
+    wanted = parse_requirements(require)
+    if wanted and (scenario.log is not None or scenario.one_component is not None):
+        raise InputError(
+            f"{wanted[0].text!r} is judged by the true motion, which the scenario {scenario.name} has not."
+        )
+    check_path(scenario, wanted)
     with shown(progress, STAGES) as report, ended_with_errors():
-        return _run(scenario, directory, overwrite, Stages(report))
+        return _run(scenario, directory, overwrite, Stages(report), wanted)
 
 
-def _run(scenario: Scenario, directory: Path | str | None, overwrite: bool, clock: Stages) -> Run | PlaneRun:
+def _run(
+    scenario: Scenario, directory: Path | str | None, overwrite: bool, clock: Stages, require: Sequence[Requirement]
+) -> Run | PlaneRun:
     """Compute a run by what its scenario describes; leave what a failed one had."""
     folder = None if directory is None else RunDirectory(Path(directory), overwrite=overwrite)
-    execution = Execution(scenario, folder, clock)
+    execution = Execution(scenario, folder, clock, require)
     try:
         if scenario.one_component is not None:
             from sinssim.experiments.run.one_component_recording import compute_one_component
@@ -131,9 +145,11 @@ class Execution:
         reached: its complete stages.
     """
 
-    def __init__(self, scenario: Scenario, folder: RunDirectory | None, clock: Stages) -> None:
-        """Begin a run; nothing is written without a folder."""
-        self.reached = Reached(scenario)
+    def __init__(
+        self, scenario: Scenario, folder: RunDirectory | None, clock: Stages, require: Sequence[Requirement] = ()
+    ) -> None:
+        """Begin a run that is judged by some requirements; nothing is written without a folder."""
+        self.reached, self._require = Reached(scenario), require
         self._folder, self._clock = folder, clock
         self._streams = folder is not None and scenario.recording.has_streams
         self._report = folder is not None and scenario.recording.has_report
@@ -284,9 +300,17 @@ class Execution:
         if self.reached.aided is not None:
             with self._clock("filter"):
                 self._aid_parts()
+        if self._scenario.filter is None:
+            self._judge()
         if self._writer is not None:
             with self._clock("record"):
                 self._writer.navigated(navigated, parts, self._error_rule())
+
+    def _judge(self) -> None:
+        """Judge the requirements by the errors of the last solution."""
+        if self._require:
+            verdicts = requirement_verdicts(self.reached, self._require)
+            self._found["requirements"] = plain([requirement_numbers(verdict) for verdict in verdicts])
 
     def _error_rule(self) -> ErrorRule | None:
         """Return how the stored errors follow from truth and solution; None for recorded sensors."""
@@ -319,10 +343,12 @@ class Execution:
             if self._inertial:
                 self._found["filter"]["remarks"] += worse_than_inertial(aided, self._inertial)
                 self._aid_parts()
+            self._judge()
         give_back_memory()
         if self._writer is not None:
             with self._clock("record"):
                 self._writer.filtered(aided, self._of_filter())
+                self._writer.parts({name: part for name, part in self.reached.parts.items() if part.after_filter})
 
     def _of_filter(self) -> list[Item]:
         """Return what the filter has to show."""
@@ -399,7 +425,7 @@ class Execution:
         }  # fmt: skip
         first = ("flight_cached", "not_attained", "flagged_samples")
         if isinstance(self._navigated.truth, Truth):
-            order = (*first, "algorithms", "singularities", "failures", *parts, "filter")
+            order = (*first, "algorithms", "singularities", "failures", *parts, "filter", "requirements")
         else:
             between = (name for name in parts if name != "outages")
             order = (*first, "singularities", "failures", *between, "algorithms", "filter", "outages")

@@ -270,8 +270,8 @@ class RunWriter:
             self._submit(pool, streams.give_back_memory)
 
     def parts(self, parts: Mapping[str, Part[object]]) -> None:
-        """Write what only some runs have."""
-        for part in parts.values():
+        """Write what only some runs have, without what waits for the filter."""
+        for part in (part for part in parts.values() if part.aided is not None or not part.after_filter):
             for stream in part.streams():
                 self._stream(stream)
             self._draw(self._draw_part, part)
@@ -331,6 +331,8 @@ class RunWriter:
     def _draw_part(self, part: Part[object]) -> None:
         known = len(self._run.labels)
         self._draw_charts(part.exhibits)
+        for path in part.paths():
+            pictures.draw_line(self._recording, self._scene, path)
         if len(self._run.labels) > known:
             self._learn({part.name: "yes"})
 

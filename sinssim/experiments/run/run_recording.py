@@ -21,6 +21,7 @@ from sinssim.recording.style import RowNumbers, thinned
 from sinssim.truth.sampling import FlightEvent
 
 if TYPE_CHECKING:
+    from sinssim.experiments.run.run_result import DrawnPath
     from sinssim.recording.rerun.rrd import Recording
     from sinssim.scenario import Scenario
 
@@ -324,3 +325,23 @@ def draw_path(
     recording.static(f"map/{name}", rr.GeoLineStrings(lat_lon=[lat_lon], radii=radius, colors=color))
     points = scene.points(s.latitude[path], s.longitude[path], s.height[path])
     recording.static(f"world/nav/{name}", rr.LineStrips3D([points], radii=radius, colors=color))
+
+
+def draw_line(recording: Recording, scene: Scene, path: DrawnPath) -> None:
+    """Record a line, or points with words, on the map and in the 3D scene."""
+    import rerun as rr
+
+    known = np.isfinite(path.latitude)
+    parts = [part for part in np.split(np.arange(len(known)), np.flatnonzero(np.diff(known)) + 1) if known[part[0]]]
+    lat_lon = [np.column_stack((path.latitude[k], path.longitude[k])) / units.DEG for k in parts]
+    places = [scene.points(path.latitude[k], path.longitude[k], path.height[k]) for k in parts]
+    color, radius = style.colors([path.color])[0], rr.Radius.ui_points(0.9)
+    if path.words:
+        points = rr.Points3D(places[0], labels=path.words, radii=rr.Radius.ui_points(4.0), colors=color)
+        recording.static(f"world/{path.name}", points)
+        recording.static(
+            f"map/{path.name}", rr.GeoPoints(lat_lon=lat_lon[0], radii=rr.Radius.ui_points(4.0), colors=color)
+        )
+        return
+    recording.static(f"map/{path.name}", rr.GeoLineStrings(lat_lon=lat_lon, radii=radius, colors=color))
+    recording.static(f"world/{path.name}", rr.LineStrips3D(places, radii=radius, colors=color))

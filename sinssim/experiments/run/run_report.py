@@ -16,6 +16,7 @@ from sinssim.experiments.run.error_exhibits import (
     error_table,
     failure_exhibits,
     note_on_errors,
+    requirement_sentences,
     schuler_period,
     singularity_exhibits,
     title_of_errors,
@@ -178,6 +179,7 @@ def brief(run: Reached | Run, summary: RunSummary) -> Iterator[Item]:
         yield Section("", list(singularity_exhibits(summary["singularities"])), on=_CONSOLE)
     if filtered is not None:
         yield Section("", list(map(Sentence, sentences(filtered))), on=_CONSOLE)
+    yield from requirement_sentences(summary.get("requirements", ()))
     timing = ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in _timing(summary) if seconds)
     yield Sentence(f"Time: {timing}", on=_CONSOLE)
 

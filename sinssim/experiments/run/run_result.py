@@ -20,7 +20,7 @@ from sinssim.system.short_repr import html_table
 from sinssim.units import ANGLE_SCALE, LENGTH_SCALE
 
 if TYPE_CHECKING:
-    from sinssim.data import NavSolution
+    from sinssim.data import Array, NavSolution
     from sinssim.exhibits import Item
     from sinssim.experiments.run.summary_types import ErrorNumbers
     from sinssim.recording.streams import Stream
@@ -196,6 +196,26 @@ def _in_words(name: str, summary: Mapping[str, Any], *, with_filter: bool) -> st
     return f"Run({name}: {'; '.join(parts)})"
 
 
+@dataclass(frozen=True)
+class DrawnPath:
+    """A line on the map and in the 3D scene of a recording, or points with words.
+
+    Attributes:
+        name: of its entity.
+        latitude, longitude: (K,) rad; NaN for a gap.
+        height: (K,) m.
+        color: its colour.
+        words: at each of the points; none for a line.
+    """
+
+    name: str
+    latitude: Array
+    longitude: Array
+    height: Array
+    color: str
+    words: tuple[str, ...] = ()
+
+
 N = TypeVar("N", covariant=True)
 """The entry of a part in `summary.json`."""
 
@@ -249,6 +269,11 @@ class Part(Generic[N]):
         """Keep the entry, with None in place of unknown numbers."""
         vars(self)["entry"] = plain(numbers)
 
+    @property
+    def after_filter(self) -> bool:
+        """Whether its streams and charts need the aided solution."""
+        return False
+
     def on(self, run: Navigated, aided: Aided | None) -> Self:
         """Return the part of the same run after a further stage."""
         return replace(self, run=run, aided=aided)
@@ -263,6 +288,10 @@ class Part(Generic[N]):
 
     def streams(self) -> Iterator[Stream]:
         """Yield the tables over time that the run directory keeps of it."""
+        yield from ()
+
+    def paths(self) -> Iterator[DrawnPath]:
+        """Yield what the recording's map and 3D scene show of it."""
         yield from ()
 
     def events(self) -> Iterator[FlightEvent]:

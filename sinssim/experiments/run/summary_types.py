@@ -48,7 +48,6 @@ class SensorNumbers(SensorUse):
     kind: str
     refused: int
     refused_expected: float
-    withdrawn_s: Number
     first_refused_s: Number
     verdict: str
     tests: dict[str, Test]
@@ -220,6 +219,18 @@ class PlaneNumbers(TypedDict):
     differences: dict[str, PlaneDifference]
 
 
+class RequirementNumbers(TypedDict):
+    """A requirement with its verdict in one run; value and limit are in the unit."""
+
+    requirement: str
+    verdict: str
+    value: Number
+    limit: float
+    unit: str
+    time_s: Number
+    exceeded_from_s: Number
+
+
 class StageEntries(TypedDict, total=False):
     """Entries of a run that follow from its stages, as far as it has come."""
 
@@ -228,6 +239,7 @@ class StageEntries(TypedDict, total=False):
     singularities: dict[str, list[PassageNumbers]]
     failures: dict[str, FailureNumbers]
     filter: FilterNumbers
+    requirements: list[RequirementNumbers]
 
 
 class RunFacts(TypedDict):
@@ -255,5 +267,6 @@ class RunSummary(RunFacts):
     singularities: dict[str, list[PassageNumbers]]
     failures: dict[str, FailureNumbers]
     filter: NotRequired[FilterNumbers]
+    requirements: NotRequired[list[RequirementNumbers]]
     log: NotRequired[LogNumbers]
     one_component: NotRequired[PlaneNumbers]

@@ -18,6 +18,7 @@ from sinssim.scenario.load import load_scenario
 from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.true_motion import true_motion
+from sinssim.simulation.path_errors import check_path
 from sinssim.statistics.requirement_verdict import Verdict, VerdictInUnit
 from sinssim.statistics.requirements import COMPONENTS, SHARES, Quantity
 from sinssim.system.short_repr import short_repr
@@ -144,11 +145,16 @@ def _scenario_of(study: TradeStudy, settings: Sequence[str], flown: dict[str, fl
     try:
         scenario = load_scenario(study.scenario, (*study.set, *settings))
         if study.cell == "budget":
+            from sinssim.analyses.error_budget.budget_result import check_budgeted
             from sinssim.analyses.error_budget.covariance_budget import check_kind
 
             check_kind(scenario, "inertial" if study.inertial else None)
+            for quantity in study.quantities:
+                check_budgeted(quantity)
         elif scenario.one_component is not None:
             raise InputError(f"the scenario {scenario.name} has [one_component], which has no ensemble.")
+        else:
+            check_path(scenario, study.quantities)
         _check_times(study, scenario, flown)
     except InputError as error:
         return None, str(error)

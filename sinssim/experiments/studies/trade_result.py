@@ -262,7 +262,8 @@ class TradeResult(Result):
 SHORT = {
     "cep": "CEP", "r95": "R95", "rate": "rate", "velocity_north": "v north", "velocity_east": "v east",
     "velocity_down": "v down", "tilt_north": "tilt n", "tilt_east": "tilt e", "heading": "heading",
-    "position_north": "north", "position_east": "east", "position_down": "height",
+    "position_north": "north", "position_east": "east", "position_down": "height", "tse": "TSE", "nse": "NSE",
+    "fte": "FTE", "tse_vertical": "TSE vertical", "miss": "miss",
 }  # fmt: skip
 """Names of quantities as heads of columns."""
 _SHOWN = ("cep", "r95", "rate", "velocity_north", "velocity_east", "tilt_north", "tilt_east", "heading")

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -153,7 +153,8 @@ def flight_key(flight: FlightPlan, seed: int, errors: SolutionErrors | None = No
         digest.update(content)
 
     add("versions", f"{jsbsim.__version__} {np.__version__} {scipy.__version__} {platform.machine()}".encode())
-    add("flight", flight.model_dump_json(exclude={"aircraft", "guidance"}).encode())
+    judged: Any = {"aircraft": True, "guidance": True, "rnp": True, "legs": {"__all__": {"rnp"}}}
+    add("flight", flight.model_dump_json(exclude=judged).encode())
     if errors is not None:
         add("guidance", errors.guidance.model_dump_json().encode())
         add("errors", np.ascontiguousarray(errors.values).tobytes())

@@ -8,7 +8,7 @@ north. A leg begins with the heading, height and airspeed at the end of the prev
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -33,8 +33,9 @@ from sinssim.toml_section import Heading, Keys, Latitude, Longitude, Moment, Not
 from sinssim.truth.flight.aircraft import aircraft_exists, ceiling, load_aircraft
 from sinssim.truth.flight.atmosphere import STANDARD_PRESSURE, Air, WindVector, wind_from
 from sinssim.truth.flight.guidance import Guidance
-from sinssim.truth.flight.leg import Airspeed, Altitude, DeadReckoning, LegBase, check_landing, distance, user_leg
+from sinssim.truth.flight.leg import Airspeed, Altitude, DeadReckoning, LegBase, Rnp, check_landing, distance, user_leg
 from sinssim.truth.flight.legs import LEGS
+from sinssim.truth.flight.planned_path import Begin, PlannedTrack
 from sinssim.truth.motion import NORMAL_EARTH, Motion, Mounting, TrueEarth
 from sinssim.units import KNOT
 
@@ -165,6 +166,9 @@ _ON_RUNWAY = ", ".join(
     if leg.begins == "runway"
     for name in get_args(leg.model_fields["type"].annotation)
 )
+_IN_SPACE = ", ".join(
+    f'"{name}"' for leg in LEGS if "track" in leg.plans for name in get_args(leg.model_fields["type"].annotation)
+)
 
 
 def _name(value: Any) -> Any:
@@ -260,6 +264,11 @@ class FlightPlan(Motion):
     atmosphere: Atmosphere | None = None  # temperature and pressure of the air; None: the standard atmosphere
     turbulence: Turbulence | None = None  # turbulence; None: calm air
     guidance: Guidance = Guidance()  # what the autopilot and the legs see
+    rnp: Rnp | None = Field(
+        default=None,
+        description="required navigation performance, nmi, of every leg with a planned path: judges how far the true "
+        "path is from it",
+    )
 
     def user_items(self) -> list[Item]:
         """Return the files of its legs outside the package."""
@@ -327,6 +336,29 @@ class FlightPlan(Motion):
     def duration(self, earth: TrueEarth = NORMAL_EARTH) -> float:
         return sum(self.leg_durations())
 
+    def planned_tracks(self, begins: Sequence[Begin]) -> list[tuple[PlannedTrack, ...]]:
+        """Return the planned path of each leg that begins, as far as it is planned in space, see `LegBase.planned`.
+
+        What a leg does not take over from the plan of the leg before it is that of its beginning in a flight.
+
+        Args:
+            begins: where the legs begin, of the aircraft's centre of gravity.
+        """
+        plan, tracks = self.at_start(), []
+        held = frozenset() if self.start.on == "runway" else frozenset({"height", "heading"})
+        for leg, begin in zip(self.legs, begins, strict=False):
+            plan.elapsed, plan.latitude, plan.longitude = begin.time, begin.latitude, begin.longitude
+            plan.altitude = plan.altitude if "height" in held else begin.height
+            plan.heading = plan.heading if "heading" in held else begin.heading
+            tracks.append(leg.planned(plan))
+            held = frozenset() if leg.ends == "runway" else leg.holds
+        return tracks
+
+    def rnp_of(self, number: int) -> float | None:
+        """Return the required navigation performance of a leg, counted from 0, nmi; None without one."""
+        leg = self.legs[number]
+        return (leg.rnp or self.rnp) if "track" in leg.plans else None
+
     @property
     def usual_speed(self) -> float:
         """The largest usual ground speed, whose effects are small; see `Motion.usual_speed`."""
@@ -341,10 +373,16 @@ class FlightPlan(Motion):
     def _order_of_legs(self) -> Self:
         if not self.legs:
             raise ValueError("a flight needs at least one leg")
+        if self.rnp is not None and not any("track" in leg.plans for leg in self.legs):
+            raise ValueError(f"rnp = {self.rnp:g} judges the distance from the planned path, but no leg of this flight "
+                             f"has one: legs of the types {_IN_SPACE} have one")  # fmt: skip
         on_ground = self.start.on == "runway"
         height = self.start.altitude_m
         for number, leg in enumerate(self.legs, start=1):
             name = f"leg {number} ({leg.type})"
+            if leg.rnp is not None and "track" not in leg.plans:
+                raise ValueError(f"{name} has rnp = {leg.rnp:g}, but no planned path in space; legs of the types "
+                                 f"{_IN_SPACE} have one")  # fmt: skip
             if on_ground and leg.begins != "runway":
                 raise ValueError(
                     f"{name} would begin on the runway; the legs before the first leg in the air are of the types "

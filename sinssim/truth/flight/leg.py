@@ -14,7 +14,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias, get_args
 
-from pydantic import Field
+import numpy as np
+from pydantic import AfterValidator, Field
 
 from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.formatting import listed
@@ -24,6 +25,7 @@ from sinssim.toml_section import Section, Timeout
 from sinssim.truth.flight.aircraft import Performance
 from sinssim.truth.flight.atmosphere import Air
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
+from sinssim.truth.flight.planned_path import SAGITTA, PlannedTrack, over_ground
 
 GRAVITY = 9.81
 """Gravity for dead reckoning [m/s²]."""
@@ -50,6 +52,8 @@ class DeadReckoning:
     engines: bool = True  # whether the engines run
     # latitude and longitude, rad, and height, m, along the legs, for a picture of the plan; None: not kept
     trace: list[tuple[float, float, float]] | None = None
+    # ways north and east over the ground, m, one after another, for the geometry of the plan; None: not kept
+    ways: list[tuple[float, float]] | None = None
 
     @property
     def wind(self) -> tuple[float, float]:
@@ -81,8 +85,11 @@ class DeadReckoning:
         """Keep the heading for a time in the wind; return it, s. The mean speed ahead through the air is a share of the
         true airspeed."""
         ahead = share * self.true_airspeed() * seconds
-        north, east = self.wind
-        self.move(ahead * math.cos(self.heading) + north * seconds, ahead * math.sin(self.heading) + east * seconds)
+        way = (ahead * math.cos(self.heading) + self.wind[0] * seconds,
+               ahead * math.sin(self.heading) + self.wind[1] * seconds)  # fmt: skip
+        self.move(*way)
+        if self.ways is not None:
+            self.ways.append(way)
         return seconds
 
     def climb(self, altitude: float, rate: float) -> float:
@@ -108,12 +115,16 @@ class DeadReckoning:
 
     def turn(self, angle: float, bank_deg: float | None) -> float:
         """Turn by an angle, right positive, rad, at a steady rate in the wind; return the duration, s."""
+        if self.ways is not None:
+            self.straight(self._rolling_in(angle, bank_deg))
         seconds = abs(angle) / self.turn_rate(bank_deg)
         self.turning += self.turning_of(angle, seconds, bank_deg)
         radius, start, end = self.true_airspeed() / self.turn_rate(bank_deg), self.heading, self.heading + angle
         radius = math.copysign(radius, angle)
         if self.trace is not None:
             self._trace_turn(radius, angle, seconds)
+        if self.ways is not None:
+            self.ways += self._ways_of_turn(radius, angle, seconds)
         north = radius * (math.sin(end) - math.sin(start)) + self.wind[0] * seconds
         east = radius * (math.cos(start) - math.cos(end)) + self.wind[1] * seconds
         self.move(north, east)
@@ -130,6 +141,21 @@ class DeadReckoning:
             east = radius * (math.cos(self.heading) - math.cos(heading)) + self.wind[1] * share * seconds
             self.move(north, east)
             self.latitude, self.longitude = begin
+
+    def _rolling_in(self, angle: float, bank_deg: float | None) -> float:
+        """Return the time from the beginning of a turn to the arc: half of that of rolling to its bank, which a small
+        turn does not reach, s."""
+        bank = math.radians(bank_deg or self.performance.bank_deg)
+        return 0.5 * min(bank / self.roll_rate, math.sqrt(abs(angle) * self.true_airspeed() / GRAVITY / self.roll_rate))
+
+    def _ways_of_turn(self, radius: float, angle: float, seconds: float) -> list[tuple[float, float]]:
+        """Return the ways along a turn, so short that the straight lines are the arc."""
+        steps = max(1, math.ceil(abs(angle) * math.sqrt(abs(radius) / (8.0 * SAGITTA))))
+        share = np.linspace(0.0, 1.0, steps + 1)
+        heading = self.heading + share * angle
+        north = radius * np.sin(heading) + self.wind[0] * share * seconds
+        east = -radius * np.cos(heading) + self.wind[1] * share * seconds
+        return list(zip(np.diff(north).tolist(), np.diff(east).tolist(), strict=True))
 
     def heading_along(self, track: float) -> float | None:
         """Return the heading that makes good a track over the ground in the wind, rad; None if the wind is too
@@ -171,6 +197,19 @@ Airspeed = Annotated[float, Field(ge=40.0, le=800.0)]
 
 Direction = Literal["left", "right"]
 
+RNP = (0.3, 1.0, 2.0, 4.0, 10.0)
+"""Required navigation performance: half the width of the corridor about the planned path, nmi."""
+
+
+def _of_rnp(value: float) -> float:
+    if value not in RNP:
+        raise ValueError(f"rnp is {listed([f'{rnp:g}' for rnp in RNP], 'or')} (nmi), not {value:g}")
+    return value
+
+
+Rnp = Annotated[float, AfterValidator(_of_rnp)]
+"""One of `RNP`."""
+
 HALF_STEP = 0.5 * INTERVAL
 """Half of the autopilot's step: an instant of the flight counts as reached this long before it [s]."""
 
@@ -200,9 +239,16 @@ class LegBase(Section):
     lands: ClassVar[bool] = False  # whether the aircraft needs what a landing takes, see `Performance.approach_kt`
     # what the aircraft has at the end of the leg: "height", "airspeed" and "heading" of the autopilot
     holds: ClassVar[frozenset[str]] = frozenset({"height", "airspeed", "heading"})
+    # what of the leg is planned in space, "track" and "height", see `planned`
+    plans: ClassVar[frozenset[str]] = frozenset()
     item: ClassVar[Item | None] = None
     """The file of a leg outside the package."""
 
+    rnp: Rnp | None = Field(
+        default=None,
+        description="required navigation performance, nmi: judges how far the true path is from the planned one; "
+        "default: that of the flight",
+    )
     timeout_s: Timeout = Field(default=1800.0, description="the leg fails if it takes longer")
     type: str  # the leg's name in a scenario
 
@@ -220,6 +266,22 @@ class LegBase(Section):
     def reckon(self, plan: DeadReckoning) -> float:
         """Advance the dead reckoning of a plan, except for its time, to the end of the leg; return the estimated
         duration, s, infinite if the wind makes the end unreachable."""
+
+    def planned(self, plan: DeadReckoning) -> tuple[PlannedTrack, ...]:
+        """Advance the dead reckoning of a plan as `reckon` does, from where the leg really begins.
+
+        Returns:
+            The planned path, one track for each place of a route; nothing for a leg that is not planned in space.
+        """
+        begin, level = (plan.latitude, plan.longitude), plan.altitude
+        plan.ways = []
+        self.reckon(plan)
+        ways, plan.ways = [way for way in plan.ways if any(way)], None
+        if not ways or "track" not in self.plans:
+            return ()
+        points = over_ground(begin, level, ways)
+        heights = np.full(len(points), level if "height" in self.plans else math.nan)
+        return (PlannedTrack(points[:, 0], points[:, 1], heights, level),)
 
     @abstractmethod
     def fly(self, pilot: Autopilot, state: AircraftState, performance: Performance) -> Iterator[None]:

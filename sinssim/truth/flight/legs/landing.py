@@ -7,17 +7,21 @@ from collections.abc import Iterator
 from math import atan2, cos, hypot, pi, remainder, sin, tan
 from typing import Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import Field
 
+from sinssim.data import Array
 from sinssim.toml_section import Heading, Latitude, Longitude, Timeout
 from sinssim.truth.flight.aircraft import Performance
 from sinssim.truth.flight.autopilot import BANK, HEADING, HEIGHT, INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.leg import DeadReckoning, LegBase, LegError, bearing, distance
 from sinssim.truth.flight.legs.ground import on_wheels
+from sinssim.truth.flight.planned_path import PlannedTrack
 from sinssim.units import DEG, KNOT
 
 _A, _E2 = 6_378_137.0, 6.694379990141e-3  # WGS84
 _AIM_M = 300.0  # where the glide path meets the runway, beyond the threshold [m]
+_SPACING = 250.0  # of the points of the planned approach [m]
 _INTERCEPT = 40.0 * DEG  # largest angle at which the extended centreline is met [rad]
 _AHEAD = 3.0  # time ahead in which an offset from the centreline is taken back, in time constants of the heading
 _FLARE_S, _TOUCHDOWN_MPS = 4.0, 0.6  # sink rate of the flare: height of the wheels over this time, plus this much
@@ -39,6 +43,7 @@ class LandLeg(LegBase):
     }  # fmt: skip
     ends: ClassVar[Literal["runway", "air"]] = "runway"
     lands: ClassVar[bool] = True
+    plans: ClassVar[frozenset[str]] = frozenset({"track", "height"})
 
     type: Literal["land"]
     latitude_deg: Latitude = Field(description="latitude of the threshold")
@@ -76,6 +81,21 @@ class LandLeg(LegBase):
         plan.heading, plan.airspeed = heading, self.exit_mps
         plan.ahead(0.5 * (approach**2 - self.exit_mps**2) / _DECELERATION + _AIM_M)
         return seconds + max(0.0, approach - self.exit_mps) / _DECELERATION
+
+    def planned(self, plan: DeadReckoning) -> tuple[PlannedTrack, ...]:
+        """Return the final approach, from where the glide path begins to the threshold; see `LegBase.planned`.
+
+        How the aircraft meets the centreline before it is not planned.
+        """
+        slope, level = tan(self.glide_deg * DEG), plan.altitude
+        begin = (level - self.altitude_m) / slope - _AIM_M
+        self.reckon(plan)
+        if begin <= 0.0:
+            return ()
+        left = np.linspace(begin, 0.0, 2 + int(begin / _SPACING))
+        latitude, longitude = _Runway(self).before(left)
+        heights = self.altitude_m + (left + _AIM_M) * slope
+        return (PlannedTrack(latitude, longitude, heights, self.altitude_m, bounded=True),)
 
     def fly(self, pilot: Autopilot, state: AircraftState, performance: Performance) -> Iterator[None]:
         """Approach, flare and roll out; see `LegBase.fly`."""
@@ -195,6 +215,10 @@ class _Runway:
         north = (state.latitude - self._latitude) * self._north
         east = remainder(state.longitude - self._longitude, 2.0 * pi) * self._east
         return -(north * self._cos + east * self._sin), east * self._cos - north * self._sin
+
+    def before(self, left: Array) -> tuple[Array, Array]:
+        """Return latitude and longitude, (K,) rad, of places on the centreline at distances before the threshold, m."""
+        return self._latitude - left * self._cos / self._north, self._longitude - left * self._sin / self._east
 
     def heading_to(self, offset: float, ahead_s: float, state: AircraftState) -> float:
         """Return the heading that takes back an offset within a time, with the drift angle taken off, rad."""

@@ -19,6 +19,7 @@ class HoldLeg(LegBase):
     """Straight and level flight with constant heading, height and airspeed, for a duration or until a given time."""
 
     example: ClassVar[dict[str, Any]] = {"duration_s": 600.0}
+    plans: ClassVar[frozenset[str]] = frozenset({"track", "height"})
     exactly_one = (Keys(("duration_s", "until_s"), "a hold ends after duration_s or at until_s (flight time)"),)
 
     type: Literal["hold"]
@@ -49,6 +50,7 @@ class AltitudeLeg(LegBase):
     """Climb or descend to a height at constant airspeed."""
 
     example: ClassVar[dict[str, Any]] = {"altitude_m": 3000.0}
+    plans: ClassVar[frozenset[str]] = frozenset({"track"})
 
     type: Literal["climb", "descend"]
     altitude_m: Altitude = Field(description="target height above the ellipsoid")
@@ -92,6 +94,7 @@ class SpeedLeg(LegBase):
     """Accelerate or decelerate to an airspeed in straight and level flight."""
 
     example: ClassVar[dict[str, Any]] = {"airspeed_kt": 250.0}
+    plans: ClassVar[frozenset[str]] = frozenset({"track", "height"})
     holds: ClassVar[frozenset[str]] = frozenset({"airspeed", "heading"})
 
     type: Literal["speed"]

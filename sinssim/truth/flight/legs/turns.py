@@ -22,6 +22,7 @@ class TurnLeg(LegBase):
     """Level turn to a heading or by an angle."""
 
     example: ClassVar[dict[str, Any]] = {"heading_deg": 90.0}
+    plans: ClassVar[frozenset[str]] = frozenset({"track", "height"})
     exactly_one = (Keys(("heading_deg", "angle_deg"), "a turn needs heading_deg or angle_deg"),)
     rules = (
         (lambda s: s.angle_deg is not None and s.direction is None,

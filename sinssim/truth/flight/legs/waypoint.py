@@ -13,12 +13,15 @@ from dataclasses import dataclass
 from math import atan2, cos, hypot, pi, remainder, sin
 from typing import Annotated, Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import Field
 
+from sinssim.data import Array
 from sinssim.toml_section import Keys, Latitude, Longitude, Section, Timeout
 from sinssim.truth.flight.aircraft import Performance
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot, G
 from sinssim.truth.flight.leg import Altitude, Bank, DeadReckoning, LegBase, LegError, bearing, distance
+from sinssim.truth.flight.planned_path import PlannedTrack, great_circle, over_ground
 from sinssim.units import DEG
 
 VERTICAL_ACCELERATION = 0.3
@@ -122,6 +125,7 @@ _MEAN_RADIUS = 6_371_009.0  # radius for bearings and distances to a waypoint [m
 _ROUNDS = 20  # iterations for the turn towards a waypoint, whose angle and end depend on each other: enough for 0.1 s
 _HEIGHT_LIMIT = 50.0  # largest distance from a waypoint's height at which it counts as reached [m]
 
+_COARSE, _FINE = 1000.0, 50.0  # distance of the points of a planned way, level and where its height changes [m]
 _CIRCLING = 4.0 * pi  # turn on the way to a place from which on the aircraft circles around it [rad]
 
 PlaceName = Annotated[str, Field(min_length=1, max_length=40, pattern=r"^\S(.*\S)?$")]
@@ -168,6 +172,7 @@ class WaypointLeg(LegBase):
 
     example: ClassVar[dict[str, Any]] = {"latitude_deg": 51.47, "longitude_deg": -0.45}
     holds: ClassVar[frozenset[str]] = frozenset({"height", "airspeed"})
+    plans: ClassVar[frozenset[str]] = frozenset({"track", "height"})
     at_most_one = Waypoint.at_most_one
     rules = (
         (lambda s: s.waypoints and s.changed(*Waypoint.model_fields),
@@ -309,6 +314,66 @@ class WaypointLeg(LegBase):
                 plan.trace.append((begin[0] + share * (target[0] - begin[0]), begin[1] + share * east, plan.altitude))
         plan.altitude = to
         return seconds
+
+    def planned(self, plan: DeadReckoning) -> tuple[PlannedTrack, ...]:
+        """Return for each place an arc onto its bearing and the great circle to it; see `LegBase.planned`.
+
+        The next track begins where the place before counts as reached.
+        """
+        slopes = self.slopes_at(plan.altitude, plan.latitude, plan.longitude)
+        tracks = []
+        for number in range(len(self.places())):
+            begin, level = (plan.latitude, plan.longitude), plan.altitude
+            ways = self._turn_onto(number, plan)
+            place = self.places()[number]
+            target = place.latitude_deg * DEG, place.longitude_deg * DEG
+            arc = over_ground(begin, level, ways) if ways else np.array([begin])
+            to = level if place.height_m is None else place.height_m
+            line = great_circle((arc[-1, 0], arc[-1, 1]), target, _COARSE if to == level else _FINE)
+            points = np.vstack((arc, line[1:]))
+            heights = np.full(len(points), level)
+            if to != level:
+                plan.latitude, plan.longitude = begin
+                heights = self._planned_heights(number, plan, points, slopes)
+                plan.altitude = to
+            tracks.append(PlannedTrack(points[:, 0], points[:, 1], heights, level))
+            back = bearing(*target, *line[-2])
+            plan.latitude, plan.longitude = target
+            plan.move(self.capture_radius_m * math.cos(back), self.capture_radius_m * math.sin(back))
+            plan.heading = plan.heading_along(back + math.pi) or 0.0
+        return tuple(tracks)
+
+    def _turn_onto(self, number: int, plan: DeadReckoning) -> list[tuple[float, float]]:
+        """Return the ways of the turn onto the bearing of a place; none if it counts as reached, or the wind is too
+        strong."""
+        place = self.places()[number]
+        target = place.latitude_deg * DEG, place.longitude_deg * DEG
+        begin, ways = (plan.latitude, plan.longitude, plan.heading), list[tuple[float, float]]()
+        if distance(*begin[:2], *target) <= self.capture_radius_m:
+            return ways
+        for _ in range(_ROUNDS):
+            towards = plan.heading_along(bearing(plan.latitude, plan.longitude, *target))
+            if towards is None:
+                return []
+            plan.latitude, plan.longitude, plan.heading = begin
+            plan.ways = []
+            plan.turn(math.remainder(towards - plan.heading, 2.0 * math.pi), self.bank_deg)
+            ways, plan.ways = [way for way in plan.ways if math.hypot(*way) > 1e-6], None
+        return ways
+
+    def _planned_heights(self, number: int, plan: DeadReckoning, points: Array, slopes: list[float]) -> Array:
+        """Return the heights at the points of the way to a place, from the beginning of the way, as `_Heights` does."""
+        place = self.places()[number]
+        target, to = (place.latitude_deg * DEG, place.longitude_deg * DEG), place.height_m
+        assert to is not None  # the height changes
+        left = distance(plan.latitude, plan.longitude, *target) - self.capture_radius_m
+        ahead = bearing(plan.latitude, plan.longitude, *target)
+        speed = max(plan.air.ground_speed(plan.airspeed, 0.5 * (plan.altitude + to), ahead), 20.0)
+        path = self.height_path(number, plan.altitude, left, speed, slopes)
+        if path is None:
+            return np.full(len(points), math.nan)
+        here = (distance(latitude, longitude, *target) - self.capture_radius_m for latitude, longitude in points)
+        return np.array([path.at(max(way, 0.0))[0] for way in here])
 
     def fly(self, pilot: Autopilot, state: AircraftState, performance: Performance) -> Iterator[None]:
         """Keep the track on the bearing of each place, and the height on its path; see `LegBase.fly`."""

@@ -1,0 +1,245 @@
+"""The three errors of a flight by its planned path: their sum, the navigation error among them, and the corridor."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sinssim
+from sinssim.errors import InputError
+from sinssim.scenario import Scenario, load_scenario
+from sinssim.simulation.path_errors import PathErrors, containments, misses, path_errors, pieces_of, size_of
+from sinssim.simulation.truth_and_sensors import Truth
+from sinssim.truth.flight.flight_plan import FlightPlan
+
+NMI = 1852.0
+
+
+def plan(**keys: Any) -> Scenario:
+    """Return a flight to the north from the equator, first along a heading, then to a waypoint, with 2 m/s of drift."""
+    return Scenario.model_validate(
+        {
+            "name": "north",
+            "flight": {
+                "aircraft": "737",
+                "start": {"on": "air", "latitude_deg": 0.0, "longitude_deg": 10.0, "altitude_m": 5000.0},
+                "guidance": {"source": "quaternion"},
+                "legs": [{"type": "hold", "duration_s": 20.0},
+                         {"type": "waypoint", "name": "N", "latitude_deg": 0.12, "longitude_deg": 10.0, "rnp": 0.3},
+                         {"type": "s_turns", "turns": 1, "swing_deg": 5.0}],
+            },
+            "imu": {"grade": "ideal", "rate_hz": 50.0},
+            "navigation": {"algorithms": ["quaternion"], "vertical": "truth",
+                           "initial_error": {"velocity_east_mps": 2.0}},
+            **keys,
+        }
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def run() -> sinssim.Run:
+    run = sinssim.run(plan())
+    assert isinstance(run, sinssim.Run)
+    return run
+
+
+@pytest.fixture(scope="module")
+def errors(run: sinssim.Run) -> PathErrors:
+    return run.parts["planned_path"].errors
+
+
+def test_the_total_is_the_technical_less_the_navigation_error(errors: PathErrors) -> None:
+    """Across, above and along, at every instant with a planned path; s-turns have none."""
+    planned = errors.leg >= 0
+    assert np.flatnonzero(planned).tolist() == list(range(np.count_nonzero(planned)))  # the first legs
+    assert errors.time[planned][-1] < errors.time[-1] - 20.0
+    np.testing.assert_allclose(errors.tse, errors.fte - errors.nse, rtol=0.0, atol=1e-9)
+    assert np.isfinite(errors.tse[planned]).all()
+    assert np.isnan(errors.tse[~planned]).all()
+
+
+def test_the_navigation_error_is_that_of_the_solution(run: sinssim.Run, errors: PathErrors) -> None:
+    """On a level path to the north: the error to the east is across, that to the north along."""
+    error = run.errors["quaternion"]
+    rows = np.searchsorted(error.time, errors.time - 1e-6)
+    some = errors.leg >= 0
+    np.testing.assert_allclose(errors.nse[some, 0], error.position_ned[rows[some], 1], atol=5e-3)
+    np.testing.assert_allclose(errors.nse[some, 1], error.position_ned[rows[some], 0], atol=0.3)  # 0.3 % of 100 m turn
+    assert errors.nse[some, 0][-1] > 130.0
+
+
+def test_the_aircraft_is_where_the_plan_and_the_navigator_say(run: sinssim.Run, errors: PathErrors) -> None:
+    """The true place from the meridian by hand: the plan of the hold and of the way to the waypoint is the meridian."""
+    assert isinstance(run.truth, Truth)
+    state = run.truth.trajectory.state(errors.time)
+    some = errors.leg == 1
+    east = (state.longitude - math.radians(10.0)) * (6378137.0 + 5000.0)
+    np.testing.assert_allclose(errors.tse[some, 0], east[some], atol=0.5)  # the lever arm, turned by the drift
+    assert errors.tse[some, 0][-1] < -100.0
+    assert errors.fte[some, 0][0] == pytest.approx(40.0, rel=0.02)  # 20 s of 2 m/s, which no heading takes back
+    assert np.abs(errors.fte[some, 0][-5:]).max() < 10.0  # homing on the waypoint does
+    assert np.abs(errors.tse[some, 2]).max() < 1.5
+
+
+def test_the_entry_says_it_by_leg_and_phase(run: sinssim.Run, errors: PathErrors) -> None:
+    entry = run.summary["planned_path"]
+    assert [leg["leg"] for leg in entry["legs"]] == ["1 hold", "2 waypoint"]
+    across = errors.tse[errors.leg == 1, 0]
+    assert entry["legs"][1]["tse_across_max_m"] == np.abs(across).max()
+    assert entry["legs"][1]["tse_across_rms_m"] == pytest.approx(math.sqrt(np.mean(across**2)))
+    assert [phase["phase"] for phase in entry["phases"]] == ["flight", "flight to N", "flight"]
+    (corridor,) = entry["corridors"]
+    assert (corridor["leg"], corridor["rnp"]) == ("2 waypoint", 0.3)
+    assert (corridor["within"], corridor["exceeded_s"]) == (1.0, None)
+    (miss,) = misses(run.scenario, run.truth, pieces_of(run.scenario, run.truth))
+    assert (miss.number, miss.name) == (1, "N")
+    assert miss.right == run.summary["guidance"]["waypoints"][0]["right_m"]
+    assert miss.right == pytest.approx(errors.tse[errors.leg == 1, 0][-1], abs=12.0)  # 500 m on, straight
+
+
+def test_the_streams_have_it(run: sinssim.Run, errors: PathErrors) -> None:
+    (stream,) = run.parts["planned_path"].streams()
+    columns = {name: column for v in stream.vectors for name, column in zip(v.columns, v.values[:].T, strict=True)}
+    assert set(columns) == {
+        *(f"{name}_{axis}_m" for name in ("tse", "nse", "fte") for axis in ("across", "along", "vertical")),
+        "planned_latitude_rad", "planned_longitude_rad", "planned_height_m",
+    }  # fmt: skip
+    np.testing.assert_array_equal(columns["fte_across_m"], errors.fte[:, 0])
+    planned = errors.leg >= 0
+    np.testing.assert_allclose(columns["planned_longitude_rad"][planned], math.radians(10.0), atol=1e-7)
+    assert columns["planned_height_m"][planned] == pytest.approx(5000.0)
+
+
+def test_the_console_and_the_report_show_it(run: sinssim.Run, capsys: pytest.CaptureFixture[str]) -> None:
+    from rich.console import Console
+
+    from sinssim.recording.console import show
+    from sinssim.recording.page import page_of
+
+    show(run.exhibits, Console(width=160))
+    out = capsys.readouterr().out
+    assert "RNP 0.3 is met: the true path is within 0.3 nmi of the planned one 100 % of the time" in out
+    assert "Distance from the planned path" in out
+    page = page_of(run.exhibits)
+    assert "Without a planned path in space: leg 3 s_turns." in page
+    assert "Across the planned path, to its right" in page
+
+
+def by_truth(**keys: Any) -> Scenario:
+    """Return the same flight, which follows the true motion, with further tables."""
+    contents = plan().contents()
+    contents["flight"]["guidance"] = {"source": "truth"}
+    return Scenario.model_validate({**contents, **keys})
+
+
+def test_a_flight_by_the_truth_has_no_navigation_error_of_its_own() -> None:
+    """Its total error is that of the autopilot; those of the solutions are beside it."""
+    run = sinssim.run(by_truth())
+    assert isinstance(run, sinssim.Run)
+    errors, entry = run.parts["planned_path"].errors, run.summary["planned_path"]
+    some = errors.leg >= 0
+    assert not errors.nse[some].any()
+    np.testing.assert_array_equal(errors.fte, errors.tse)
+    assert np.abs(errors.tse[some, 0]).max() < 3.0
+    assert entry["solutions"]["quaternion"]["nse_across_max_m"] > 100.0
+    contents = by_truth().contents()
+    contents["flight"]["legs"][1].pop("rnp")
+    plain = sinssim.run(Scenario.model_validate(contents))
+    assert "planned_path" not in plain.summary  # neither guided nor judged
+
+
+def test_a_corridor_counts_the_time_inside() -> None:
+    legs = [{"type": "hold", "duration_s": 50.0, "rnp": 1}, {"type": "hold", "duration_s": 50.0}]
+    start = {"on": "air", "latitude_deg": 0.0, "longitude_deg": 0.0, "altitude_m": 5000.0}
+    flight = FlightPlan.model_validate({"aircraft": "737", "start": start, "legs": legs, "rnp": 0.3})
+    across = np.concatenate([np.linspace(0.0, 1.25 * NMI, 50), np.full(50, -0.31 * NMI)])
+    tse = np.column_stack([across, across, across])
+    leg = np.repeat([0, 1], 50)
+    errors = PathErrors(np.arange(100.0), leg, tse, tse, tse, tse)
+    first, second = containments(flight, errors)
+    assert (first.rnp, first.within, first.exceeded) == (1.0, 0.8, 40.0)
+    assert (second.rnp, second.within, second.exceeded) == (0.3, 0.0, 50.0)
+    size = size_of(np.array([3.0, np.nan, -4.0]))
+    assert size is not None
+    assert (size.rms, size.largest) == (math.sqrt(12.5), 4.0)
+    assert size_of(np.array([np.nan])) is None
+
+
+def test_without_a_solution_the_total_error_is_known(run: sinssim.Run) -> None:
+    """Where the solution begins late, the true path alone is judged until then."""
+    assert isinstance(run.truth, Truth)
+    late = run.solutions["quaternion"]
+    rows = slice(int(30.0 * 50.0), None)
+    from sinssim.data import NavSolution
+
+    names = ("time", "latitude", "longitude", "height", "velocity_ned", "q_nb", "defect")
+    part = NavSolution(*(getattr(late, name)[rows] for name in names))
+    errors = path_errors(run.scenario, run.truth, pieces_of(run.scenario, run.truth), part)
+    before = (errors.time < part.time[0] - 1e-6) & (errors.leg >= 0)
+    assert np.isnan(errors.nse[before]).all()
+    assert np.isfinite(errors.tse[before][:, [0, 2]]).all()
+
+
+def test_requirements_are_judged_by_one_run(errors: PathErrors, run: sinssim.Run) -> None:
+    """The values are those of the errors and of the table of waypoints; the limit of 50 m is crossed once."""
+    texts = ["tse(run) <= 50 m", "nse(end) <= 1 nmi", "fte(10 s) <= 1 m", "tse_vertical <= 5 m", "miss(N) <= 0.1 nmi",
+             "miss(waypoint 1) <= 100 m", "r95(20 s) <= 50 m", "position_east(20 s) <= 30 m",
+             "rate(20 s) <= 2.1 m/s"]  # fmt: skip
+    judged = sinssim.run(plan(), require=texts).summary["requirements"]
+    assert [entry["requirement"] for entry in judged] == texts
+    values = [entry["value"] * (1852.0 if entry["unit"] == "nmi" else 1.0) for entry in judged]
+    some = errors.leg >= 0
+    across = np.abs(errors.tse[some, 0])
+    miss = abs(run.summary["guidance"]["waypoints"][0]["right_m"])
+    expected = [across.max(), abs(errors.nse[some, 0][-1]), abs(errors.fte[10, 0]), np.abs(errors.tse[some, 2]).max(),
+                miss, miss, 40.0, 40.0, 2.0]  # fmt: skip
+    assert values == pytest.approx(expected, rel=2e-3)
+    words = ["not met", "met", "not met", "met", "met", "not met", "met", "not met", "met"]
+    assert [entry["verdict"] for entry in judged] == words
+    row = int(np.argmax(across > 50.0))
+    share = (50.0 - across[row - 1]) / (across[row] - across[row - 1])
+    assert judged[0]["exceeded_from_s"] == pytest.approx(errors.time[row - 1] + share, abs=1e-6)
+    assert judged[4]["time_s"] == pytest.approx(run.summary["guidance"]["waypoints"][0]["time_s"])
+
+
+@pytest.mark.parametrize(
+    ("require", "message"),
+    [
+        ("miss(waypoint 2) <= 1 nmi", "there is no 'waypoint 2' in this flight; it has waypoint 1 or N"),
+        ("miss <= 1 nmi", r"a miss is that of a waypoint; write it like miss\(waypoint 3\)"),
+        ("tse(run) <= 1 deg", "tse is a length"),
+    ],
+)
+def test_what_cannot_be_judged_is_refused(require: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        sinssim.run(plan(), require=require)
+
+
+def test_a_requirement_by_the_path_needs_one() -> None:
+    parked = load_scenario("parked")
+    with pytest.raises(InputError, match=r"'tse <= 1 nmi' is about a planned path, which the scenario parked has not"):
+        sinssim.run(parked, require="tse <= 1 nmi")
+    with pytest.raises(InputError, match="a budget has the errors of the navigator, not the flight"):
+        sinssim.budget(parked, require="miss(waypoint 1) <= 1 nmi")
+    with pytest.raises(InputError, match="is about a planned path"):
+        sinssim.ensemble(parked, 2, require="fte(end) <= 1 nmi")
+
+
+def test_an_ensemble_keeps_and_judges_them() -> None:
+    """Four velocity errors v at the start, on one flight: NSE across is v sin(ω t)/ω, and the flight does not miss."""
+    vary = {"key": "navigation.initial_error.velocity_east_mps", "type": "uniform", "low": 1.0, "high": 4.0}
+    scenario = by_truth(ensemble={"vary": [vary]})
+    require = ["nse(60 s) <= 300 m", "nse(60 s) <= 10 m", "tse(run) <= 0.3 nmi", "miss(N) <= 50 m"]
+    result = sinssim.ensemble(scenario, 4, threads=1, require=require)
+    row = int(np.argmin(np.abs(result.elapsed - 60.0)))
+    schuler = math.sqrt(9.81 / 6.378e6)
+    expected = result.errors.values[vary["key"]] * math.sin(60.0 * schuler) / schuler
+    assert result.errors.column("nse_m")[:, row] == pytest.approx(expected, rel=3e-3)
+    assert np.ptp(result.errors.column("tse_m")[:, row]) == 0.0
+    assert [verdict.verdict for verdict in result.verdicts][:2] == ["undecided", "not met"]
+    assert result.verdicts[0].value == pytest.approx(expected.max(), rel=0.01)
+    assert result.verdicts[2].value < 3.0
+    assert result.verdicts[3].value < 3.0
