@@ -79,7 +79,12 @@ def remarks(innovations: Sequence[Innovations], late: Sequence[int]) -> list[str
                 "corrects nothing."
             )
             continue
-        if why:
+        if np.isfinite(i.withdrawn):
+            sentences.append(
+                f"{i.sensor}: withdrawn from {i.withdrawn:.0f} s on, because the sum of innovations contradicts the "
+                "filter."
+            )
+        elif why:
             sentences.append(f"{i.sensor}: some of {count} measurements could not be used ({why}).")
         if rejected:
             sentences.append(f"{i.sensor}: the gate rejected {rejected} of {count} measurements.")
@@ -141,6 +146,7 @@ class FilterOptions:
     loop: str
     rate_hz: float
     gate: float | None
+    monitor_s: float
     feedback_s: float
     smooth: bool
     history: bool
@@ -158,7 +164,11 @@ class FilterOptions:
             raise InputError(f"gate = {gate} must be a probability between 0 and 1, or None for no gate.")
         if not feedback_s > 0.0:
             raise InputError(f"feedback_s = {feedback_s} s must be positive.")
+        monitor_s = number("monitor_s", self.monitor_s, "s")
+        if not monitor_s >= 0.0:
+            raise InputError(f"monitor_s = {monitor_s} s must be an interval, or 0 for no monitor.")
         object.__setattr__(self, "gate", gate)
+        object.__setattr__(self, "monitor_s", monitor_s)
         object.__setattr__(self, "feedback_s", feedback_s)
 
 
@@ -173,6 +183,7 @@ def estimate(
     loop: str = "closed",
     rate_hz: float = 10.0,
     gate: float | None = 1e-4,
+    monitor_s: float = 0.0,
     feedback_s: float = 64.0,
     smooth: bool = False,
     history: bool = False,
@@ -198,6 +209,8 @@ def estimate(
         loop: "closed" feeds errors back into engine and compensator, "open" only corrects the output.
         rate_hz: rate at which the covariance is predicted.
         gate: probability that the χ² test of the innovation rejects a correct measurement; None accepts all.
+        monitor_s: interval over which the innovations of GNSS are summed, s. If a sum contradicts a right filter
+            (probability 1e-6), all fixes are refused from then on. 0: there is no monitor.
         feedback_s: longest time between feedbacks in the closed loop, s.
         smooth: whether to smooth as well.
         history: whether to keep the history that observability is computed from.
@@ -220,8 +233,8 @@ def estimate(
         InputError: the data, the measurements or the model cannot be used, or a name is unknown.
     """
     how = FilterOptions(
-        covariance=covariance, loop=loop, rate_hz=rate_hz, gate=gate, feedback_s=feedback_s, smooth=smooth,
-        history=history, row_s=row_s, axes=axes, added_noise=added_noise, field=field, encoders=encoders,
+        covariance=covariance, loop=loop, rate_hz=rate_hz, gate=gate, monitor_s=monitor_s, feedback_s=feedback_s,
+        smooth=smooth, history=history, row_s=row_s, axes=axes, added_noise=added_noise, field=field, encoders=encoders,
     )  # fmt: skip
     if not isinstance(model, ErrorModel):
         raise InputError(f"model must be an ErrorModel, as error_model() makes one, not {shortened(repr(model))}.")
@@ -257,7 +270,7 @@ def _estimate(
         long_rows=len(engine.time) - 1 < len(imu), added=how.added_noise, encoders=how.encoders,
     )  # fmt: skip
     covariance = _initial_covariance(model, how.covariance)
-    loop = Loop(around, engine, covariance, how.gate, how.smooth or how.history, how.row_s)
+    loop = Loop(around, engine, covariance, how.gate, how.monitor_s, how.smooth or how.history, how.row_s)
     divergence = loop.run(initial, how.feedback_s if how.loop == "closed" else None)
 
     record, count, algorithm = loop.record, loop.done, mechanization.algorithm

@@ -16,7 +16,14 @@ from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError, RunError
 from sinssim.estimation.error_dynamics import turn_of_axes
 from sinssim.estimation.filter_result import Divergence, History, corrected
-from sinssim.estimation.kalman_filter import Branch, Diverged, ErrorFilter, InnovationGate, check_covariance
+from sinssim.estimation.kalman_filter import (
+    WITHDRAWN,
+    Branch,
+    Diverged,
+    ErrorFilter,
+    InnovationGate,
+    check_covariance,
+)
 from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise, rows_of, solution_of
 from sinssim.estimation.measurement_epochs import Branches, Epochs
 from sinssim.estimation.state_model import INERTIAL, NAVIGATION, ErrorModel
@@ -198,13 +205,17 @@ class Loop:
     """One pass of the filter through the data."""
 
     def __init__(
-        self, around: Surroundings, engine: Segments, covariance: Array, gate: float | None, history: bool, row_s: float
-    ) -> None:
+        self, around: Surroundings, engine: Segments, covariance: Array, gate: float | None, monitor_s: float,
+        history: bool, row_s: float,
+    ) -> None:  # fmt: skip
         self.around, self.engine = around, engine
         zero_rate = {s for s, r in enumerate(around.readings) if measurement_kind(r.data.kind).mean_rate}
         self.branches = Branches(Branch.start(covariance, zero_rate))
         self.filter = self.branches.main.filter
-        self.gates = [InnovationGate(readings, gate) for readings in around.readings]
+        of_gnss = [measurement_kind(readings.data.kind).on_gnss_clock for readings in around.readings]
+        self.gates = [InnovationGate(readings, gate, monitor_s if monitored else 0.0)
+                      for readings, monitored in zip(around.readings, of_gnss, strict=True)]  # fmt: skip
+        self._fixes = [gate for gate, monitored in zip(self.gates, of_gnss, strict=True) if monitored]
         rows = self._expected_rows(row_s)
         self.record = Record(around.model, around.epochs, around.ellipsoid, rows, history=history)
         self.done = 0  # epochs that are
@@ -368,6 +379,9 @@ class Loop:
         readings = self.around.readings[reading.sensor]
         data, now = readings.data, float(self.around.epochs.time[epoch])
         interval, gate, main = reading.interval, self.gates[reading.sensor], self.branches.main
+        if now > gate.withdrawn:
+            gate.skip(reading.row, WITHDRAWN)
+            return
         r = readings.covariance(reading.row, reading.variance)
         innovation = main.innovation(reading, r, interval)
         name = f"{data.label} {reading.row} (valid at {data.time[reading.row]:.3f} s)"
@@ -390,6 +404,9 @@ class Loop:
             )
             self._row.decay = self._row.decay - self.filter.gain @ (reading.h @ self._row.decay)
         check_covariance(self.filter.covariance, self._varying, now, name)
+        if gate.alarms(reading.row, innovation):
+            for fixes in self._fixes:
+                fixes.withdrawn = now
 
     def _keep(self, epoch: int, known: Array) -> None:
         self._row_at = float(self.around.epochs.time[epoch])

@@ -129,6 +129,7 @@ class Innovations:
         accepted: whether the filter was updated with the measurement, (M,).
         reason: reason of a rejection, "" if the measurement was accepted, M sentences.
         bound: the gate's bound on nis; infinite without a gate.
+        withdrawn: instant from which on a monitor has the sensor's readings refused, s; infinite if it has not.
     """
 
     sensor: str
@@ -140,6 +141,7 @@ class Innovations:
     accepted: Mask
     reason: Sequence[str]
     bound: float
+    withdrawn: float = math.inf
 
     @property
     def covariance(self) -> Array:

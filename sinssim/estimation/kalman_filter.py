@@ -26,6 +26,7 @@ provide for it. The covariance of gyro noise with zero-rate readings is neglecte
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -199,12 +200,50 @@ CONTRADICTION_S, CONTRADICTION = 30.0, 10
 """Time, s, and number of readings, over which all readings must be rejected for a contradiction."""
 
 
-class InnovationGate:
-    """The χ² gate of one sensor, which rejects a correct reading with a probability, and its record of innovations."""
+_FALSE_ALARM = 1e-6
+"""Probability that the innovations of one interval of a right filter alarm its monitor."""
+WITHDRAWN = "withdrawn by the monitor of the innovations"
+"""Reason of a reading that the filter no longer takes."""
 
-    def __init__(self, readings: CheckedMeasurements, probability: float | None) -> None:
+
+class InnovationMonitor:
+    """The sum of the accepted innovations of one sensor over minutes, in which an error shows that grows slowly.
+
+    The innovations of a right filter are white. The sum of n normalised ones, z = L⁻¹ν with S = L Lᵀ, then has the
+    covariance n, and its square over n is χ² distributed with the degrees of freedom of one.
+    """
+
+    def __init__(self, components: int, interval: float) -> None:
+        self._interval = interval
+        self._past: deque[tuple[float, Array]] = deque()
+        self._sum = np.zeros(components)
+        self._bound = float(scipy.special.chdtri(components, _FALSE_ALARM))
+
+    def alarms(self, time: float, innovation: Innovation) -> bool:
+        """Take an innovation, and return whether the sum over the interval before it contradicts a right filter."""
+        lower = np.linalg.cholesky(innovation.covariance)
+        z = scipy.linalg.solve_triangular(lower, innovation.value, lower=True)
+        self._past.append((time, z))
+        self._sum += z
+        while self._past[0][0] < time - self._interval:
+            self._sum -= self._past.popleft()[1]
+        whole = (
+            time - self._past[0][0] > 0.5 * self._interval
+        )  # few of them, at its beginning, would see the gate's work
+        return whole and float(self._sum @ self._sum) / len(self._past) > self._bound
+
+
+class InnovationGate:
+    """The χ² gate of one sensor, which rejects a correct reading with a probability, and its record of innovations.
+
+    Attributes:
+        withdrawn: instant from which on no reading is taken, s.
+    """
+
+    def __init__(self, readings: CheckedMeasurements, probability: float | None, monitor_s: float = 0.0) -> None:
         count, k = readings.data.sigma.shape
-        self._data = readings.data
+        self._data, self.withdrawn = readings.data, math.inf
+        self._monitor = InnovationMonitor(k, monitor_s) if monitor_s else None
         self._reasons = dict(readings.reason.sentences)
         self._accepted = np.zeros(count, dtype=bool)
         self._value = np.full((count, k), np.nan)
@@ -224,6 +263,10 @@ class InnovationGate:
             self._reasons[row] = f"NIS {innovation.nis:.3g} is beyond the gate, {self._bound:.3g}"
         return passed
 
+    def alarms(self, row: int, innovation: Innovation) -> bool:
+        """Return whether the innovations until this reading, which has passed, contradict a right filter."""
+        return self._monitor is not None and self._monitor.alarms(float(self._data.time[row]), innovation)
+
     def admits(self, innovation: Innovation) -> bool:
         """Return whether a reading would update the filter; nothing is recorded."""
         return innovation.nis <= self._bound
@@ -236,7 +279,7 @@ class InnovationGate:
         """Return the record."""
         return Innovations(
             self._data.label, self._data.kind, self._data.time, self._value, self._lower, self._nis,
-            self._accepted, Reasons(len(self._nis), self._reasons), self._bound,
+            self._accepted, Reasons(len(self._nis), self._reasons), self._bound, self.withdrawn,
         )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from sinssim.sensors.aiding_registry import BROKEN, CLASSES, sensor_class
 from sinssim.sensors.aiding_sensor import AidingSensor
 from sinssim.system.extensions import Item
 from sinssim.system.registries import ensure, registered
-from sinssim.toml_section import Factor, Positive, Section, once
+from sinssim.toml_section import Factor, NotNegative, Positive, Section, once
 
 NAVIGATION_STATES = ("position", "velocity", "attitude")
 LEAST_IN_MOTION_S = 45.0
@@ -86,6 +86,11 @@ class FilterSection(Section):
         ge=0.0,
         lt=1.0,
         description="fraction of correct measurements that the gate may reject; 0 rejects none",
+    )
+    monitor_s: NotNegative = Field(
+        default=0.0,
+        description="interval over which the innovations of GNSS are summed; if a sum contradicts the filter, all "
+        "fixes are withdrawn for the rest of the run; 0: no monitor",
     )
     smooth: bool = Field(default=False, description="whether the solution is smoothed afterwards")
     backward: bool = Field(

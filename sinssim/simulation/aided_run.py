@@ -287,6 +287,7 @@ def filtered(
         "loop": section.loop,
         "rate_hz": section.rate_hz,
         "gate": section.gate or None,
+        "monitor_s": section.monitor_s,
         "row_s": row_s,
         "mechanization": navigation.in_segments(ellipsoid),
         "field": known_field(scenario),

@@ -166,6 +166,21 @@ def test_spoofed(rate, caught, shows):
 
 
 @pytest.mark.slow
+def test_the_monitor_sees_the_ramp_of_spoofed_and_nothing_else():
+    """Fifty draws: the ramp of 0.2 m/s is seen within two minutes, and without it no fix is withdrawn."""
+    late = []
+    for seed in range(50):
+        shared = [f"seed={seed}", "imu.rate_hz=20", "filter.monitor_s=300"]
+        for ramps in ([], ["aiding.gnss.ramps=[]"]):
+            sensors = run(load_scenario("spoofed", [*shared, *ramps])).summary["filter"]["sensors"]
+            since = sensors["gnss-position"]["withdrawn_s"]
+            assert (since is None) == bool(ramps), seed
+            late += [] if since is None else [since - 1200.0]
+    assert min(late) > 0.0
+    assert max(late) < 120.0
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["mems_uav", "aided_airliner", "gyrocompassing"])
 def test_wrong_noise_is_reported(name):
     """Told 0.3 or 3 times the noise of the inertial sensors, or of the readings, the run calls its filter inconsistent.

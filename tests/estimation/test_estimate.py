@@ -232,6 +232,34 @@ def test_a_jump_is_gated_and_said() -> None:
     assert ungated.innovations[0].accepted.all()
 
 
+def test_a_slow_ramp_is_not_gated_and_its_fixes_are_withdrawn() -> None:
+    """0.2 m/s to the north from 100 s on, in the velocities as well."""
+    flight, run, (place, speed) = world(1)
+    late = SECONDS - 100.0
+    north, _ = metres(flight.state(place.time))
+    forged, faster = place.value.copy(), speed.value.copy()
+    forged[late > 0.0, 0] += 0.2 * late[late > 0.0] / north[late > 0.0]
+    faster[late > 0.0, 0] += 0.2
+    told = [replace(place, value=forged), replace(speed, value=faster)]
+    gated = estimate(run.imu, run.initial, told, MODEL, rate_hz=5.0)
+    assert min(i.accepted[late > 30.0].mean() for i in gated.innovations) > 0.9
+    assert all(i.withdrawn == np.inf for i in gated.innovations)
+    watched = estimate(run.imu, run.initial, told, MODEL, rate_hz=5.0, monitor_s=100.0)
+    (since,) = {i.withdrawn for i in watched.innovations}
+    assert 110.0 < since < 260.0
+    for i, before in zip(watched.innovations, gated.innovations, strict=True):
+        after = i.time > since
+        assert not i.accepted[after].any()
+        assert set(np.array(i.reason)[after]) == {"withdrawn by the monitor of the innovations"}
+        np.testing.assert_array_equal(i.value[~after], before.value[~after])
+        assert f"{i.sensor}: withdrawn from {since:.0f} s on, because the sum" in " ".join(watched.remarks)
+    assert watched.divergence is None
+    right = estimate(run.imu, run.initial, [place, speed], MODEL, rate_hz=5.0, monitor_s=100.0)
+    assert all(i.withdrawn == np.inf for i in right.innovations)
+    with pytest.raises(InputError, match="monitor_s = -1"):
+        estimate(run.imu, run.initial, [place], MODEL, monitor_s=-1.0)
+
+
 def test_filter_and_sensor_that_contradict_are_reported() -> None:
     flight, run, (place, _) = world(1)
     north, _ = metres(flight.state(place.time))

@@ -8,10 +8,10 @@ from scipy.stats import binom
 
 from sinssim import rotation
 from sinssim.data import Array, Measurements
-from sinssim.estimation import error_model
+from sinssim.estimation import error_model, kalman_filter
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.filter_result import Reasons
-from sinssim.estimation.kalman_filter import ErrorFilter, InnovationGate
+from sinssim.estimation.kalman_filter import ErrorFilter, Innovation, InnovationGate, InnovationMonitor
 from sinssim.estimation.measurement_epochs import CheckedMeasurements
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.truth.motions.parked_and_great_circle import Parked
@@ -76,6 +76,40 @@ def test_a_filter_rejects_right_vectors_as_often_as_its_gate_says() -> None:
     low, high = binom.ppf((1e-4, 1.0 - 1e-4), len(time), 0.1)
     assert low <= min(rejected)
     assert max(rejected) <= high
+
+
+def drawn(root: Array, count: int, shift: float, rng: np.random.Generator) -> list[Innovation]:
+    """Return innovations of the covariance L Lᵀ whose normalised ones have a common mean."""
+    white = rng.standard_normal((count, len(root))) + shift
+    return [Innovation(root @ z, root @ root.T, float(z @ z)) for z in white]
+
+
+def test_the_monitor_alarms_as_often_as_it_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The sum over an interval of white innovations is χ² distributed, whatever their covariance."""
+    monkeypatch.setattr(kalman_filter, "_FALSE_ALARM", 0.1)
+    rng, root, count = np.random.default_rng(6), np.array([[2.0, 0.0], [-1.0, 0.1]]), 1500
+    alarms = 0
+    for _ in range(count):
+        monitor = InnovationMonitor(2, 19.5)
+        *_, last = (monitor.alarms(float(k), i) for k, i in enumerate(drawn(root, 20, 0.0, rng)))
+        alarms += last
+    low, high = binom.ppf((3.4e-6, 1.0 - 3.4e-6), count, 0.1)
+    assert low <= alarms <= high
+
+
+def test_the_monitor_sees_what_the_gate_does_not() -> None:
+    """A common mean of half a σ in three components adds ¾ to χ² per reading: 31 is exceeded after about 37."""
+    rng, root = np.random.default_rng(7), np.diag([3.0, 1.0, 0.1])
+    late = []
+    for _ in range(40):
+        monitor = InnovationMonitor(3, 60.0)
+        readings = [*drawn(root, 100, 0.0, rng), *drawn(root, 100, 0.5, rng)]
+        alarms = [monitor.alarms(float(k), i) for k, i in enumerate(readings)]
+        late.append(alarms.index(True) - 100)
+    assert min(late) >= 0
+    # the sixty before hold readings without the mean: n b² (n/60)
+    assert np.median(late) == pytest.approx(np.sqrt(60.0 * 28.0 / 0.75), abs=8.0)
+    assert not InnovationMonitor(3, 60.0).alarms(0.0, Innovation(100.0 * root[0], root @ root.T, 1e4))  # one reading
 
 
 @pytest.mark.parametrize("tied", [False, True])

@@ -106,6 +106,7 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> FilterNumbers:
             **used[i.sensor],
             "refused": s.rejected,
             "refused_expected": s.expected,
+            "withdrawn_s": i.withdrawn if np.isfinite(i.withdrawn) else None,
             "first_refused_s": _first(i.time, ~i.accepted & np.isfinite(i.nis)),
             "verdict": s.verdict,
             "tests": {t.name: _test_numbers(t) for t in s.tests},
@@ -276,10 +277,21 @@ def fault_sentences(numbers: FilterNumbers) -> Iterator[str]:
                     f"filter accepted the fixes again: without GNSS, its uncertainty had grown so large that the gate "
                     "could not detect the fault."
                 )
+        elif monitored := _withdrawn(numbers, begin):
+            yield (
+                f"{what} was detected by the monitor of the innovations {monitored - begin:.0f} s after its start: the "
+                f"fixes are withdrawn from then on{far}."
+            )
         else:
             inconsistent = any(s["verdict"] in MEANING for s in numbers["sensors"].values())
             seen = ", but the tests of the innovations fail" if inconsistent else ", and the innovations do not show it"
             yield f"{what} was not detected by the gate: {how}{far}{seen}."
+
+
+def _withdrawn(numbers: FilterNumbers, begin: float) -> float | None:
+    """Return when the monitor has withdrawn the fixes after an instant; None for never, or before it."""
+    times = [s["withdrawn_s"] for s in numbers["sensors"].values()]
+    return min((time for time in times if time is not None and time >= begin), default=None)
 
 
 def sentences(numbers: FilterNumbers, *, diagnosed: bool = True) -> Iterator[str]:

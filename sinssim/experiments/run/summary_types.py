@@ -48,6 +48,7 @@ class SensorNumbers(SensorUse):
     kind: str
     refused: int
     refused_expected: float
+    withdrawn_s: Number
     first_refused_s: Number
     verdict: str
     tests: dict[str, Test]

@@ -47,7 +47,7 @@ def innovations(sensor: str, time: np.ndarray, accepted: list[bool], told: dict[
     nis = np.where([told.get(k, "nis") == "nis" for k in range(len(time))], 0.5 + np.arange(len(time)), np.nan)
     value = np.zeros((len(time), 1))
     return Innovations(
-        sensor, "baro-height", time, value, value + 4.0, nis, np.array(accepted), Reasons(len(time), told), 9.0
+        sensor, "baro-height", time, value, value + 4.0, nis, np.array(accepted), Reasons(len(time), told), 9.0, 8.5
     )
 
 
@@ -126,8 +126,8 @@ def test_the_whole_entry() -> None:
             "kind": "baro-height", "readings": 7, "taken": 2,
             "unused": {"before the start of the filter": 2, "rejected by the gate": 1, "the sensor was off": 1,
                        "after the end of the filter": 1},
-            "refused": 11, "refused_expected": 0.07, "first_refused_s": 6.0, "verdict": "optimistic",
-            "tests": {"NIS": CHI},
+            "refused": 11, "refused_expected": 0.07, "withdrawn_s": 8.5, "first_refused_s": 6.0,
+            "verdict": "optimistic", "tests": {"NIS": CHI},
         }
     }  # fmt: skip
     assert found.pop("faults") == []
@@ -268,7 +268,8 @@ def test_jumps_and_ramps() -> None:
 
 
 def numbers(**parts: Any) -> dict[str, Any]:
-    sensor = {"verdict": "consistent", "taken": 7, "unused": {}, "readings": 9, "refused": 2, "tests": {}}
+    sensor = {"verdict": "consistent", "taken": 7, "unused": {}, "readings": 9, "refused": 2, "withdrawn_s": None,
+              "tests": {}}  # fmt: skip
     own: dict[str, Any] = {
         "divergence": None, "faults": [], "consistent": True, "sensors": {"gnss": sensor}, "remarks": [], "hints": [],
         "nees": {}, "noise": {}, "states": {}, "findings": [],

@@ -346,6 +346,22 @@ def test_a_ramp_that_is_believed_again_is_said_to_be():
     assert again.startswith("From 160 s on, with GNSS errors of 60.0 m, the filter accepted the fixes again")
 
 
+def test_what_the_monitor_detects_is_said():
+    ramp = {
+        "kind": "ramp", "from_s": 50.0, "to_s": 199.0, "readings": 50, "refused": 0, "first_refused_s": None,
+        "believed_again_s": None, "forged_then_m": None, "caught": False, "max_horizontal_error_m": 70.0,
+    }  # fmt: skip
+    sensors = {
+        name: {"withdrawn_s": at, "verdict": "consistent"} for name, at in (("gnss-position", 90.0), ("baro", None))
+    }
+    (said,) = filter_summary.fault_sentences({"faults": [ramp], "sensors": sensors})
+    assert "was detected by the monitor of the innovations 40 s after its start: the fixes are withdrawn" in said
+    assert said.endswith("the error of the solution reached 70.0 m.")
+    sensors["gnss-position"]["withdrawn_s"] = 45.0  # before the ramp begins
+    (said,) = filter_summary.fault_sentences({"faults": [ramp], "sensors": sensors})
+    assert "was not detected by the gate" in said
+
+
 def test_every_reading_that_is_not_used_has_its_reason(tmp_path, recorded):
     """Readings taken and not used add up to all, also with those before the filter's start; streams keep every one."""
     parked = {"latitude_deg": 50.0, "heading_deg": 20.0, "duration_s": 40.0}

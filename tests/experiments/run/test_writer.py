@@ -116,7 +116,8 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Opened:
 
 def scenario(detail: str = "light", has_recording: bool = True, log: object = None) -> Any:
     return SimpleNamespace(
-        name="short", navigation=SimpleNamespace(algorithms=("poisson", "euler"), ellipsoid_over=lambda name: name),
+        name="short", solution_names=("poisson", "euler"),
+        navigation=SimpleNamespace(ellipsoid_over=lambda name: name),
         views=("own.py",), recording=SimpleNamespace(has_recording=has_recording, detail=detail),
         to_toml=lambda: "seed = 3", output=SimpleNamespace(angles="-90..270"), log=log,
     )  # fmt: skip
