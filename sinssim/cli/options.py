@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -95,23 +97,28 @@ Debug = Annotated[
 ]
 
 
-def _allow(allowed: bool) -> bool:
-    """Allow the programs of scenarios."""
-    if allowed:
-        from sinssim.simulation.foreign_navigator import allow_programs
-
-        allow_programs()
-    return allowed
-
-
-AllowPrograms = Annotated[
+_AllowPrograms = Annotated[
     bool,
-    typer.Option(
-        "--allow-programs",
-        callback=_allow,
-        help="Start the programs and libraries that the scenario names as navigators.",
-    ),
+    typer.Option("--allow-programs", help="Start the programs and libraries that the scenario names as navigators."),
 ]
+
+
+def starts_programs(function: Callable[..., None]) -> Callable[..., None]:
+    """Add the option --allow-programs to a command."""
+
+    @functools.wraps(function)
+    def call(*, allow_programs: bool, **given: Any) -> None:
+        if allow_programs:
+            from sinssim.simulation.foreign_navigator import allow_programs as allow
+
+            allow()
+        function(**given)
+
+    keyword, signature = inspect.Parameter.KEYWORD_ONLY, inspect.signature(function, eval_str=True)
+    option = inspect.Parameter("allow_programs", keyword, default=False, annotation=_AllowPrograms)
+    call.__annotations__ = {**function.__annotations__, option.name: _AllowPrograms}
+    call.__signature__ = signature.replace(parameters=[*signature.parameters.values(), option])  # type: ignore[attr-defined]
+    return call
 
 
 def out_option(folder: str) -> Any:

@@ -261,7 +261,10 @@ class Navigated:
     def light(self) -> Navigated:
         """Return the same without what can be computed again."""
         sensed = self.sensed
-        return Navigated(self.scenario, replace(sensed, truth=replace(sensed.truth)))
+        run = Navigated(self.scenario, replace(sensed, truth=replace(sensed.truth)))
+        if self.scenario.navigator:  # programs are not started a second time
+            vars(run)["_solved"] = self._solved
+        return run
 
     def compared_with(self, reference: Reference | None) -> Navigated:
         """Return the same solutions of recorded sensors with the errors against a reference."""

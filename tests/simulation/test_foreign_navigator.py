@@ -364,10 +364,14 @@ def test_files_that_are_missing_or_no_libraries(tmp_path: Path) -> None:
 
 
 def test_a_text_program_and_what_it_states(tmp_path: Path) -> None:
-    """σ, biases and status, at every tenth sample, in text; its words on standard error stay with the solution."""
-    program = tmp_path / "text.py"
+    """σ, biases and status, at every tenth sample, in text; it is started once, also beside a filter.
+
+    Of the errors of the start, 2, 1 and 4 m, those to the east are within the 1σ of 1, 2 and 3 m.
+    """
+    program, trace = tmp_path / "text.py", tmp_path / "started"
     program.write_text(
         "import sys\n"
+        f"open({str(trace)!r}, 'a').write('x')\n"
         "print('sinssim 1')\n"
         "for line in sys.stdin:\n"
         "    word, *numbers = line.split()\n"
@@ -376,16 +380,30 @@ def test_a_text_program_and_what_it_states(tmp_path: Path) -> None:
         "        print('solution', numbers[0], *state, *range(1, 10), *range(10, 16), 7)\n"
         "print('done', file=sys.stderr)\n"
     )
-    run = sinssim.run(scenario_of({"name": "mine", "command": [sys.executable, "-I", str(program)], "form": "text"}))
+    scenario = scenario_of(
+        {"name": "mine", "command": [sys.executable, "-I", str(program)], "form": "text", "inputs": ["imu", "gnss"]},
+        aiding={"gnss": {"rate_hz": 5.0}}, filter={"diagnose": False},
+        navigation={"initial_error": {"north_m": 2.0, "east_m": 1.0, "height_m": 4.0}},
+    )  # fmt: skip
+    run = sinssim.run(scenario, tmp_path / "run")
     assert isinstance(run, sinssim.Run)
     solution: Any = run.solutions["mine"]
+    assert trace.read_text() == "x"
     assert solution.time == pytest.approx([0.2 * k for k in range(11)])
     assert list(solution.sigma[1]) == list(range(1, 10))
     assert list(solution.biases[3]) == list(range(10, 16))
     assert solution.status[-1] == 7
     assert np.isnan(solution.status[0])
     assert solution.messages == "done\n"
-    assert run.errors["mine"].horizontal.max() < 1e-6, "the vehicle stays where it was told to be"
+    assert run.errors["mine"].position_ned[:, 0] == pytest.approx(2.0, abs=1e-5)
+    entry = run.summary["navigators"]["mine"]
+    assert entry["solutions"] == 11
+    assert entry["within_sigma"] == pytest.approx({"position": 1 / 3, "velocity": 1.0, "attitude": 1.0})
+    assert entry["status"] == {"7": 10}
+    assert (tmp_path / "run" / "navigators" / "mine.txt").read_text() == "done\n"
+    stream = sinssim.load_streams(tmp_path / "run")["navigator_mine"]
+    assert list(stream["sigma_velocity_n_mps"][1:3]) == [4.0, 4.0]
+    assert "Navigators of others" in (tmp_path / "run" / "report.html").read_text()
 
 
 def test_a_name_is_only_once() -> None:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from sinssim.cli.options import (
-    AllowPrograms,
     Debug,
     GradeOption,
     Json,
@@ -21,6 +20,7 @@ from sinssim.cli.options import (
     overwrite_option,
     require_option,
     scenario_names,
+    starts_programs,
     with_grade,
 )
 from sinssim.cli.terminal import console, has_bars, notes_of, print_json, print_places, program_name
@@ -82,6 +82,7 @@ Require = Annotated[
 
 
 @command
+@starts_programs
 def run(
     scenario: ScenarioOrFiles,
     out: OutFolder = None,
@@ -94,7 +95,6 @@ def run(
     recording: Detail = None,
     require: Require = None,
     trial: Trial = True,
-    allow_programs: AllowPrograms = False,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sinssim.cli.options import (
-    AllowPrograms,
     AtTimes,
     Debug,
     GradeOption,
@@ -22,6 +21,7 @@ from sinssim.cli.options import (
     out_option,
     overwrite_option,
     require_option,
+    starts_programs,
     threads_option,
     with_grade,
 )
@@ -70,6 +70,7 @@ Sheet = Annotated[bool, typer.Option("--sheet", help="Print the performance of t
 
 
 @command
+@starts_programs
 def ensemble(
     scenario: ScenarioName,
     runs: Runs = None,
@@ -85,7 +86,6 @@ def ensemble(
     until_decided: UntilDecided = False,
     at: AtTimes = None,
     sheet: Sheet = False,
-    allow_programs: AllowPrograms = False,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -180,6 +180,7 @@ LimitMinutes = Annotated[
 
 
 @command
+@starts_programs
 def compare(
     study: StudyName,
     vary: Vary = None,
@@ -190,7 +191,6 @@ def compare(
     threads: StudyThreads = None,
     limit_minutes: LimitMinutes = 30.0,
     overwrite: Annotated[bool, overwrite_option("an existing study")] = False,
-    allow_programs: AllowPrograms = False,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -267,6 +267,7 @@ Inertial = Annotated[
 
 
 @command
+@starts_programs
 def budget(
     scenario: ScenarioName,
     out: Annotated[Path | None, out_option("runs/<name>-budget")] = None,
@@ -277,7 +278,6 @@ def budget(
     at: AtTimes = None,
     inertial: Inertial = False,
     overwrite: Annotated[bool, overwrite_option("an existing budget")] = False,
-    allow_programs: AllowPrograms = False,
     quiet: Quiet = False,
     as_json: Json = False,
     debug: Debug = False,
