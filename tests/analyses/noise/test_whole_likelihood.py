@@ -65,7 +65,7 @@ def test_bands_of_a_record() -> None:
             )
     middle = 0.5 * (bands.edges[:-1] + bands.edges[1:] - 1)
     np.testing.assert_allclose(bands.angle, np.pi * middle / N)
-    assert bands.floor == pytest.approx((4.0 * 2.220446049250313e-16 * N * 2.5) ** 2)
+    assert bands.floor == pytest.approx((4.0 * 2.220446049250313e-16 * N * 2.5) ** 2, abs=0.0)
     assert not bands.rounded
     assert Bands(RECORD, T, 1e15).rounded
     second = np.diff(RECORD)
@@ -199,7 +199,7 @@ def test_ranges_of_frequency() -> None:
 
 
 def test_a_constant_but_for_rounding() -> None:
-    assert rounding(1000) == pytest.approx(4000.0 * 2.220446049250313e-16)
+    assert rounding(1000) == pytest.approx(4000.0 * 2.220446049250313e-16, abs=0.0)
     few = np.full(1000, 3.0)
     few[7] += 0.9 * 3.0 * rounding(1000)
     assert is_constant(few)

@@ -23,7 +23,7 @@ EXAMPLES = [(said, key, float(number), float(si)) for said, key, number, si in _
 
 @pytest.mark.parametrize(("said", "key", "number", "si"), EXAMPLES, ids=[example[0] for example in EXAMPLES])
 def test_worked_examples(said: str, key: str, number: float, si: float) -> None:
-    assert to_si(key, number) == pytest.approx(si, rel=1e-5)
+    assert to_si(key, number) == pytest.approx(si, rel=1e-5, abs=0.0)
 
 
 @pytest.mark.parametrize("quantity", TERMS, ids=lambda quantity: quantity.name)
