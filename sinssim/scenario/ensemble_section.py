@@ -65,8 +65,8 @@ class EnsembleSection(Section):
     )
     solution: str | None = Field(
         default=None,
-        description='solution whose errors are kept: one of navigation.algorithms, or "aided"; default: "aided" with '
-        "[filter], else the first of the algorithms",
+        description="solution whose errors are kept: one of navigation.algorithms, the name of a [[navigator]], or "
+        '"aided"; default: "aided" with [filter], else the first of the algorithms',
     )
     vary: Annotated[tuple[Variation, ...], once("key", lambda variation: variation.key)] = Field(
         default=(),

@@ -41,13 +41,12 @@ def _leave(why: str) -> None:
     os._exit(WRONG)
 
 
-def _read(size: int) -> bytearray:
-    """Return so many bytes of standard input; fewer at its end."""
-    data = bytearray(size)
-    view, there = memoryview(data), 0
-    while there < size and (more := os.readv(0, [view[there:]])):
+def _read(place: memoryview) -> bool:
+    """Fill a place from standard input; return whether there was enough."""
+    there = 0
+    while there < len(place) and (more := os.readv(0, [place[there:]])):
         there += more
-    return data if there == size else data[:there]
+    return there == len(place)
 
 
 def _write(data: memoryview) -> None:
@@ -57,11 +56,12 @@ def _write(data: memoryview) -> None:
 
 def serve(library: ctypes.CDLL) -> None:
     """Pass blocks until the input ends."""
-    answers = bytearray(0)
-    begun = False
-    while len(sizes := _read(16)) == 16:
+    sizes, block, answers, begun = bytearray(16), bytearray(0), bytearray(0), False
+    while _read(memoryview(sizes)):
         size, samples = struct.unpack("<QQ", sizes)
-        block = _read(size)
+        if len(block) < size:
+            block = bytearray(size)
+        _read(memoryview(block)[:size])
         data = (ctypes.c_char * size).from_buffer(block)
         if not begun:
             begun = True
@@ -74,7 +74,6 @@ def serve(library: ctypes.CDLL) -> None:
             answers = bytearray(most * _MOST_BYTES)
         out = (ctypes.c_char * len(answers)).from_buffer(answers)
         written = library.sinssim_block(data, size, out, most * _MOST_BYTES)
-        del out
         if not 0 <= written <= most * _MOST_BYTES:
             _leave(f"fails: sinssim_block returns {written}")
         _write(memoryview(answers)[:written])

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.data import Array, ImuData, Measurements, NavSolution, blocks
+from sinssim.data import Array, ImuData, Measurements, NavSolution
 from sinssim.errors import RunError, shortened
 from sinssim.formatting import number_text
 from sinssim.system.short_repr import short_repr
@@ -45,8 +45,8 @@ _IMU_WORDS = 9
 """Words of 8 bytes of a sample: head, time, interval, three angles, three velocities."""
 _STATE, _FULL = 11, 27
 """Numbers of a solution: time, latitude, longitude, height, velocity, quaternion; with 1σ, biases and status."""
-_BLOCK = 8192
-"""Samples that are written at once."""
+_BLOCK = 2048
+"""Samples that are written, and answers that are checked, at once: they stay in the cache of the processor."""
 WITHIN = 1e-6
 """Difference of two instants that counts as none, s: 0.25 mm of an airliner's way."""
 _MOST = 2
@@ -215,13 +215,13 @@ class ForeignSolution(NavSolution):
     messages: str = ""
 
 
-def rows_of(data: bytes, *, text: bool) -> Array:
+def rows_of(data: bytes | memoryview, *, text: bool) -> Array:
     """Return the numbers of a program's answers, (K, 11), or (K, 27) with what else they state.
 
     Raises:
         RunError: they do not follow the protocol.
     """
-    return _rows_of_text(data) if text else _rows_of_words(data)
+    return _rows_of_text(bytes(data)) if text else _rows_of_words(data)
 
 
 def check_header(data: bytes) -> None:
@@ -253,11 +253,11 @@ def answer_size(head: bytes) -> int:
     return int(size) + 8
 
 
-def _rows_of_words(data: bytes) -> Array:
-    check_header(data)
+def _rows_of_words(data: bytes | memoryview) -> Array:
+    check_header(bytes(data[: HEADER.size]))
     if len(data) < HEADER.size + 8:
         raise RunError("it answers no solution.")
-    size = answer_size(data[HEADER.size : HEADER.size + 8])
+    size = answer_size(bytes(data[HEADER.size : HEADER.size + 8]))
     count, rest = divmod(len(data) - HEADER.size, size)
     words = np.frombuffer(data, "<f8", count * size // 8, HEADER.size).reshape(count, size // 8)
     heads = np.ascontiguousarray(words[:, 0]).view(np.uint64) & np.uint64(0xFFFFFFFF0000FFFF)
@@ -307,7 +307,8 @@ def solution_of(rows: Array, time: Array, first: Array, name: str, *, stepwise: 
     Raises:
         RunError: an answer cannot be a solution of the run.
     """
-    for part in blocks(len(rows)):
+    parts = [slice(begin, min(begin + _BLOCK, len(rows))) for begin in range(0, len(rows), _BLOCK)]
+    for part in parts:
         _check_rows(rows[part], time, rows[part.start - 1, 0] if part.start else -np.inf, part.start)
     at = rows[:, 0]
     if stepwise and (off := np.abs(at - time[1 : len(rows) + 1]) > WITHIN).any():
@@ -325,7 +326,7 @@ def solution_of(rows: Array, time: Array, first: Array, name: str, *, stepwise: 
     later = int(WITHIN < at[0] - time[0] <= 1.5 * max(usual, float(time[1] - time[0])))  # the first row is that sent
     count = later + len(rows)
     columns = {name: np.empty((count, size)) for name, size in _COLUMNS.items()}
-    for part in blocks(len(rows)):
+    for part in parts:
         block, to, begin = rows[part], slice(part.start + later, part.stop + later), 1
         for column in columns.values():
             column[to] = block[:, begin : begin + column.shape[1]]

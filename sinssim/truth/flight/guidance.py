@@ -42,8 +42,8 @@ class Guidance(Section):
 
     source: str = Field(
         default=TRUTH,
-        description='"truth", an algorithm of [navigation] or "aided": whose solution the autopilot and the legs '
-        "see; until it navigates, the true motion",
+        description='"truth", an algorithm of [navigation], "aided" or the name of a [[navigator]]: whose solution the '
+        "autopilot and the legs see; until it navigates, the true motion",
     )
     quantities: Annotated[tuple[Quantity, ...], Field(min_length=1)] = Field(
         default=QUANTITIES,
