@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -362,3 +362,22 @@ def misses(scenario: Scenario, truth: Truth, pieces: Sequence[Piece]) -> list[Mi
         name = leg.label(piece.place) or f"leg {piece.leg + 1}"
         missed.append(Miss(number, name, latitude, longitude, piece.end, right, to_go))
     return missed
+
+
+def passages(scenario: Scenario, truth: Truth) -> list[tuple[Miss, float, Array]]:
+    """Return how a perfect navigator would pass the waypoints that a flight by its navigator reaches.
+
+    Returns:
+        Its miss of each, the time at which the flight is there, s, and the direction to the right of the planned path,
+        north and east, (2,).
+    """
+    flight = scenario.flight
+    assert flight is not None
+    assert truth.guided is not None
+    perfect = replace(truth, trajectory=truth.guided.by_truth, guided=None)
+    pieces = pieces_of(scenario, truth)
+    times = {miss.number: miss.time for miss in misses(scenario, truth, pieces)}
+    of_perfect = pieces_of(scenario, perfect)
+    right = [p.track.right_at_end for p in of_perfect if isinstance(flight.legs[p.leg], WaypointLeg)]
+    there = [miss for miss in misses(scenario, perfect, of_perfect) if miss.number in times]
+    return [(miss, times[miss.number], right[miss.number - 1]) for miss in there]

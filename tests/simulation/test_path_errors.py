@@ -16,6 +16,7 @@ from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.truth.flight.flight_plan import FlightPlan
 
 NMI = 1852.0
+RUNS = 200
 
 
 def plan(**keys: Any) -> Scenario:
@@ -216,6 +217,33 @@ def test_requirements_are_judged_by_one_run(errors: PathErrors, run: sinssim.Run
 def test_what_cannot_be_judged_is_refused(require: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         sinssim.run(plan(), require=require)
+
+
+def test_a_budget_predicts_the_miss(run: sinssim.Run) -> None:
+    """A given error of the velocity displaces every run; a drawn one scatters it: σ sin(ω t)/ω of the time there."""
+    budget = sinssim.budget(plan(navigation={
+        "algorithms": ["quaternion"], "vertical": "truth",
+        "initial_error": {"velocity_east_mps": 2.0, "velocity_sigma_mps": 0.5}}))  # fmt: skip
+    (miss,) = budget.waypoints
+    schuler = math.sqrt(9.81 / 6.378e6)
+    grown = math.sin(miss.time * schuler) / schuler
+    assert (miss.waypoint, abs(miss.technical) < 3.0) == ("N", True)
+    assert miss.mean - miss.technical == pytest.approx(-2.0 * grown, rel=5e-3)
+    assert miss.sigma == pytest.approx(0.5 * grown, rel=5e-3)
+    real = run.summary["guidance"]["waypoints"][0]["right_m"]
+    assert miss.mean == pytest.approx(real, abs=10.0)  # the path comes nearer by 2 % of 500 m
+    assert budget.summary["waypoints"][0]["sigma_m"] == miss.sigma
+
+
+@pytest.mark.slow
+def test_the_predicted_miss_is_that_of_200_flights() -> None:
+    """Each run flies by itself; with 3.5 standard errors of mean and σ one of 2000 such tests fails by chance."""
+    scenario = plan(navigation={"algorithms": ["quaternion"], "vertical": "truth",
+                                "initial_error": {"velocity_sigma_mps": 1.0}})  # fmt: skip
+    (miss,) = sinssim.budget(scenario).waypoints
+    runs = sinssim.ensemble(scenario, RUNS).errors.column("miss_1_m")[:, -1]
+    assert abs(runs.mean() - miss.mean) < 3.5 * miss.sigma / math.sqrt(RUNS)
+    assert abs(runs.std(ddof=1) / miss.sigma - 1.0) < 3.5 / math.sqrt(2.0 * RUNS)
 
 
 def test_a_requirement_by_the_path_needs_one() -> None:

@@ -14,7 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.analyses.error_budget.budget_result import BUDGET_COMPONENTS, Allowance, Answer, BudgetResult, Improvement
+from sinssim.analyses.error_budget.budget_result import (
+    BUDGET_COMPONENTS,
+    Allowance,
+    Answer,
+    BudgetResult,
+    Improvement,
+    PredictedMiss,
+)
 from sinssim.analyses.error_budget.error_sources import Source
 from sinssim.charts import TIME, Axis, Bars, Chart, Charts, Line, Mark, Shares
 from sinssim.data import Array
@@ -72,6 +79,7 @@ def exhibits_of(result: BudgetResult, answers: Sequence[Answer] = (), times: Seq
         *([Section("Requirements", [_requirement(answer) for answer in answers], on=("page", "recording"))]
           if answers else []),
         Section("Growth of the error", [_growth(result, answers), _alone(result), _over_time(result, times)]),
+        *_waypoints(result),
         *_rankings(result),
         Sentence(f"Rate at the end: {rate} ({_RATE}).", on=("console",)),
         *([Sentence(_FIXED_GAINS, on=("console",))] if result.solution == "filter" else []),
@@ -82,6 +90,18 @@ def exhibits_of(result: BudgetResult, answers: Sequence[Answer] = (), times: Seq
         f"{name}: covariance budget", items, f"{name}: covariance budget of {what}", name=name, kind="budget",
         root="budget", span=(float(result.time[0]), float(end)), figure="growth", pictures=("growth", "ranking0"),
     )  # fmt: skip
+
+
+def _waypoints(result: BudgetResult) -> Iterator[Section]:
+    """Yield how the flights by the navigator miss their waypoints."""
+    if not result.waypoints:
+        return
+    columns = (Column("waypoint", words=True), Column("at", fixed("s")),
+               *(Column(head, LENGTH_SCALE) for head in ("perfect navigator", "mean of all runs", "1σ")))  # fmt: skip
+    rows = [(w.waypoint, w.time, w.technical, w.mean, w.sigma) for w in result.waypoints]
+    note = ("The flight follows this navigator. By linear theory, the true path passes a waypoint as that of a perfect "
+            "navigator does, less the error of the navigator across; positive to the right.")  # fmt: skip
+    yield Section("Waypoints on the true path", [Table(columns, rows, note=note)])
 
 
 def units_of_budget(result: BudgetResult) -> tuple[tuple[str, float], tuple[str, float], tuple[str, float]]:
@@ -364,8 +384,14 @@ def to_json(result: BudgetResult, answers: Sequence[Answer] = (), times: Sequenc
         ],
         "sources": [_source(result, improvement) for improvement in result.improvements()],
         "requirements": [_answer(answer) for answer in answers],
+        **({"waypoints": [_waypoint(miss) for miss in result.waypoints]} if result.waypoints else {}),
         "versions": versions(),
     }
+
+
+def _waypoint(miss: PredictedMiss) -> dict[str, Json]:
+    return {"waypoint": miss.waypoint, "time_s": miss.time, "technical_right_m": miss.technical,
+            "mean_right_m": miss.mean, "sigma_m": miss.sigma}  # fmt: skip
 
 
 def _components(values: Array) -> dict[str, float]:

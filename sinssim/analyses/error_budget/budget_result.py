@@ -83,6 +83,17 @@ class Added:
         return square**0.5, [(name, value / square) for name, value in ordered]
 
 
+@dataclass(frozen=True)
+class PredictedMiss:
+    """How the flights by their navigators miss a waypoint: to the right, over all runs, by linear theory."""
+
+    waypoint: str
+    time: float  # in the run's time, s
+    technical: float  # miss of a perfect navigator, m
+    mean: float  # of all runs, m
+    sigma: float  # 1σ of the runs about it, m
+
+
 @short_repr
 @dataclass(frozen=True, eq=False)
 class BudgetResult(Result):
@@ -101,6 +112,7 @@ class BudgetResult(Result):
         free: names of sources that share one factor in the answers to them.
         times: times for which tables have further lines, s since the start.
         directory: directory of the budget; None if none was written.
+        waypoints: how a flight by this navigator misses its waypoints.
         media: what draws and writes it.
     """
 
@@ -116,6 +128,7 @@ class BudgetResult(Result):
     free: tuple[str, ...] = ()
     times: tuple[float, ...] = ()
     directory: Path | None = None
+    waypoints: tuple[PredictedMiss, ...] = ()
     media: Media[BudgetResult] = field(kw_only=True, repr=False, compare=False)
 
     def first(self) -> Added:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 from sinssim.alignment.initial_conditions import alignment_samples
 from sinssim.analyses.error_budget.aligned_start import align, begin_aligned, samples_of_alignment
 from sinssim.analyses.error_budget.budget_exhibits import BudgetMedia
-from sinssim.analyses.error_budget.budget_result import Added, BudgetResult, check_budgeted, times_of
+from sinssim.analyses.error_budget.budget_result import Added, BudgetResult, PredictedMiss, check_budgeted, times_of
 from sinssim.analyses.error_budget.covariance_propagation import (
     STATES,
     Consider,
@@ -57,6 +58,7 @@ from sinssim.sensors.imu.emulation import digital
 from sinssim.statistics.requirements import parse_requirements
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.system.outputs import check_directory
+from sinssim.truth.flight.guidance import AIDED
 from sinssim.truth.true_gravity_disturbance import Disturbed
 
 if TYPE_CHECKING:
@@ -231,7 +233,8 @@ def _budget(
     say("flight", 0.0)
     normal = in_normal_gravity(scenario)  # what the field does is a source
     if truth is None and is_guided(scenario):
-        truth = truth_along(closed_loop(scenario, lambda fraction: say("flight", fraction))[0], scenario)
+        path, guided = closed_loop(scenario, lambda fraction: say("flight", fraction))
+        truth = truth_along(path, scenario, guided)
     trajectory = truth.trajectory if truth else fly(normal, lambda fraction: say("flight", fraction))
     if isinstance(trajectory, Disturbed):
         trajectory, truth = trajectory.base, None
@@ -265,7 +268,30 @@ def _budget(
         Marks(_instants(ideal.time, marks, 0)) if marks else None,
         lambda fraction: say("budget", fraction),
     )
-    return _aided(task) if kind == "filter" else _inertial(task, normal)
+    result = _aided(task) if kind == "filter" else _inertial(task, normal)
+    return result if truth is None else replace(result, waypoints=_waypoints(result, truth))
+
+
+def _waypoints(result: BudgetResult, truth: Truth) -> tuple[PredictedMiss, ...]:
+    """Return how the flights by the navigator of a budget miss their waypoints.
+
+    The autopilot leads the solution to the waypoint: the true path is off by the miss of a perfect navigator, less the
+    error of the solution across.
+    """
+    flight = result.scenario.flight
+    if flight is None or truth.guided is None or "position" not in flight.guidance.quantities:
+        return ()
+    if (flight.guidance.source == AIDED) != (result.solution == "filter"):
+        return ()
+    from sinssim.simulation.path_errors import passages
+
+    misses, total, bias = [], result.total, result.bias
+    for miss, time, right in passages(result.scenario, truth):
+        across = np.einsum("eij,i,j->e", total[:, :2, :2], right, right)
+        sigma = math.sqrt(max(float(np.interp(time, result.time, across)), 0.0))
+        mean = miss.right - float(np.interp(time, result.time, bias[:, :2] @ right))
+        misses.append(PredictedMiss(miss.name, time, miss.right, mean, sigma))
+    return tuple(misses)
 
 
 def _instants(edges: Array, times: Iterable[float], epochs: int = EPOCHS + 1) -> Array:

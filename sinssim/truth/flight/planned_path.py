@@ -107,6 +107,12 @@ class PlannedTrack:
         """Its length, m."""
         return float(self._directions[2][-1])
 
+    @property
+    def right_at_end(self) -> Array:
+        """Direction to the right of it at its end, north and east, (2,)."""
+        north, east = self._directions[0][-1]
+        return np.array([-east, north])
+
     def beside(self, latitude: Array, longitude: Array, height: Array) -> Beside:
         """Return where places are by the path.
 
