@@ -123,10 +123,11 @@ def test_the_console_and_the_report_show_it(run: sinssim.Run, capsys: pytest.Cap
     show(run.exhibits, Console(width=160))
     out = capsys.readouterr().out
     assert "RNP 0.3 is met: the true path is within 0.3 nmi of the planned one 100 % of the time" in out
-    assert "Distance from the planned path" in out
+    assert "Distance from the planned path by leg" in out
     page = page_of(run.exhibits)
     assert "Without a planned path in space: leg 3 s_turns." in page
     assert "Across the planned path, to its right" in page
+    assert "Distance from the planned path by phase" in page
 
 
 def by_truth(**keys: Any) -> Scenario:
@@ -271,3 +272,18 @@ def test_an_ensemble_keeps_and_judges_them() -> None:
     assert result.verdicts[0].value == pytest.approx(expected.max(), rel=0.01)
     assert result.verdicts[2].value < 3.0
     assert result.verdicts[3].value < 3.0
+
+
+def test_the_recording_has_the_three_paths(run: sinssim.Run, errors: PathErrors) -> None:
+    """The planned path, the believed one, both edges of the corridor of 0.3 nmi, and the waypoint with its miss."""
+    paths = {path.name: path for path in run.parts["planned_path"].paths()}
+    assert set(paths) == {"planned", "believed", "corridor/0", "corridor/1", "waypoints"}
+    east = 6378137.0 + 5000.0
+    for name, side in (("corridor/0", -1.0), ("corridor/1", 1.0)):
+        edge = paths[name]
+        assert (edge.longitude - math.radians(10.0)) * east == pytest.approx(side * 0.3 * NMI, rel=1e-3)
+        assert edge.height == pytest.approx(5000.0)
+    assert paths["planned"].longitude[errors.leg >= 0] == pytest.approx(math.radians(10.0), abs=1e-7)
+    assert np.isnan(paths["planned"].latitude[errors.leg < 0]).all()
+    miss = abs(run.summary["guidance"]["waypoints"][0]["right_m"])
+    assert paths["waypoints"].words == (f"N ({miss:.3g} m left)",)

@@ -50,6 +50,7 @@ from sinssim.experiments.workload import Abandoned, Executor, Part, Threads, Wor
 from sinssim.simulation.navigation_stage import by_one, navigate
 from sinssim.simulation.path_errors import path_values
 from sinssim.simulation.truth_and_sensors import Truth, sense
+from sinssim.statistics.requirements import MISS
 
 if TYPE_CHECKING:
     from sinssim.data import NavSolution
@@ -135,7 +136,10 @@ def _store_path(
     """Fill in what is kept by the planned path of a flight."""
     reached = np.flatnonzero(plan.epochs <= truth.time[-1] + WITHIN)
     for name, column in path_values(scenario, truth, solution, plan.epochs[reached]).items():
-        errors.column(name)[row, reached] = column
+        if name.startswith(f"{MISS}_"):  # of no instant, also in a run that ends before others
+            errors.column(name)[row] = column[0]
+        else:
+            errors.column(name)[row, reached] = column
 
 
 def _unexpected(error: Exception) -> str:

@@ -30,13 +30,16 @@ def test_run(sinssim: Sinssim, put: Put) -> None:
     shown = put("recording.console.show_items")
     assert sinssim("run", "parked") == report("runs/parked") + view("runs/parked")
     plan, place = ran.args
-    assert (plan.name, place, ran.options) == ("parked", Path("runs/parked"), {"overwrite": False, "progress": False})
+    assert (plan.name, place) == ("parked", Path("runs/parked"))
+    assert ran.options == {"overwrite": False, "require": (), "progress": False}
     assert (brief.args[0].summary, brief.args[1], shown.args[0]) == (SUMMARY, SUMMARY, "brief")
     assert shown.args[1].width >= 120
     assert sinssim("run", "parked", "-o", "a/b", "--keep", "summary") == "Summary: a/b/summary.json\n"
     assert (ran.args[1], ran.args[0].recording.keep) == (Path("a/b"), "summary")
     assert sinssim("run", "parked", "-o", "a", "--keep", "report", "--overwrite") == report("a")
     assert ran.options["overwrite"] is True
+    assert sinssim("run", "parked", "--require", "r95(end) <= 1 nmi", "--quiet") == ""
+    assert [requirement.limit for requirement in ran.options["require"]] == [1852.0]
     assert sinssim("run", "parked", "-o", "a", "--recording", "none") == report("a")
     last = ("--grade", "tactical", "--set", 'imu.grade="laser-standard"')  # --grade wins
     assert sinssim("run", "parked", "--recording", "full", "--quiet", "--set", "seed=7", *last) == ""

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, TypedDict
+from typing import TYPE_CHECKING, Literal, NamedTuple, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -357,29 +357,32 @@ class OffPath(Part[PathNumbers]):
                 "" if met else "warning",
             )
 
-    def _table(self, on: tuple[Medium, ...]) -> Table:
-        """Return the errors by leg."""
-        corridors = {c["leg"]: c for c in self.entry["corridors"]}
-        columns = [Column("leg", words=True)]
+    def _table(self, on: tuple[Medium, ...], of: Literal["leg", "phase"] = "leg") -> Table:
+        """Return the errors by leg with the corridors, or by phase."""
+        corridors = {c["leg"]: c for c in self.entry["corridors"]} if of == "leg" else {}
+        columns = [Column(of, words=True)]
         columns += [Column(f"{axis}{_HEADS[what]}", _METRES, digits=3, group=name) for name, axis, what in _COLUMNS]
         rows: list[list[str | float]] = []
-        for leg in [*self.entry["legs"], {**self.entry["flight"], "leg": "flight"}]:
-            values = (leg[f"{name.lower()}_{axis}_{what}_m"] for name, axis, what in _COLUMNS)
-            row = [str(leg["leg"]), *(math.nan if value is None else value for value in values)]
+        for part in [*self.entry["legs" if of == "leg" else "phases"], {**self.entry["flight"], of: "flight, all"}]:
+            values = (part[f"{name.lower()}_{axis}_{what}_m"] for name, axis, what in _COLUMNS)
+            row = [str(part[of]), *(math.nan if value is None else value for value in values)]
             if corridors:
-                c = corridors.get(str(leg["leg"]))
+                c = corridors.get(str(part[of]))
                 row += ["", "", ""] if c is None else [
                     f"{c['rnp']:g}", f"{100.0 * c['within']:.4g} %",
                     "–" if c["exceeded_s"] is None else f"{c['exceeded_s']:.4g} s"]  # fmt: skip
             rows.append(row)
         if corridors:
             columns += [Column("RNP", words=True), Column("within", words=True), Column("first outside", words=True)]
-        return Table(tuple(columns), rows, title="Distance from the planned path", note=_PATH_NOTE, on=on)
+        note = _PATH_NOTE if of == "leg" else ""
+        return Table(tuple(columns), rows, title=f"Distance from the planned path by {of}", note=note, on=on)
 
     def exhibits(self) -> Iterator[Item]:
         """Yield the verdicts, the errors by leg and over time, and the map of the three paths."""
         yield from self._verdicts()
         yield self._table(("page",))
+        if self.entry["phases"]:
+            yield self._table(("page",), "phase")
         planned = {piece.leg for piece in self.pieces}
         if without := [self._leg(n) for n in range(len(self._flight.legs)) if n not in planned]:
             yield Sentence(f"Without a planned path in space: leg {listed(without)}.", "note", on=("page",))
