@@ -68,6 +68,31 @@ def test_the_filter_is_scored(folder: Path) -> None:
     assert score.error.speed.max() < 1.0
 
 
+@pytest.mark.slow
+def test_within_a_run_it_has_the_figures_of_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the protocol for navigators of others, without files of readings: the table of the page, digit for digit."""
+    pytest.importorskip("pyins")
+    monkeypatch.setenv("SINSSIM_PROGRAMS", "allow")
+    program = DOCS / "programs" / "pyins_navigator.py"
+    tables = "".join(
+        f'[[navigator]]\nname = "pyins_{what}"\ncommand = ["{sys.executable}", "{program}", "{what}"]\n'
+        'inputs = ["imu", "gnss"]\n'
+        for what in ("inertial", "filter")
+    )
+    (tmp_path / "minute.toml").write_text(block("toml") + tables)
+    summary = run(tmp_path / "minute.toml").summary
+    for name in ("pyins_filter", "pyins_inertial"):
+        (row,) = re.findall(rf"^ \d  {name} \*(.*)$", PAGE, re.MULTILINE)
+        final, rms, largest, height, velocity, attitude = map(float, row.split())
+        errors = summary["algorithms"][name]
+        assert [errors[f"{kind}_horizontal_error_m"] for kind in ("final", "rms", "max")] == pytest.approx(
+            [final, rms, largest], rel=3e-4
+        )
+        assert errors["max_height_error_m"] == pytest.approx(height, rel=3e-4)
+        assert errors["max_velocity_error_mps"] == pytest.approx(velocity, rel=3e-4)
+        assert errors["max_attitude_error_arcsec"] / 3600.0 == pytest.approx(attitude, rel=3e-4)
+
+
 @pytest.mark.filterwarnings("ignore:The copy keyword")
 def test_ideal_readings_close_on_the_truth(folder: Path) -> None:
     """By pyins, on the exported ideal readings: so units, axes and clock of the export are right."""

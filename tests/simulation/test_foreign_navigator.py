@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 import sinssim
+from sinssim.cli.app import main
 from sinssim.content import new_navigator, package_content
 from sinssim.data import ImuData, Measurements
 from sinssim.errors import InputError
@@ -302,7 +303,10 @@ def test_nothing_is_started_unasked(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     )
     scenario = load_scenario(file)
     assert scenario.navigator[0].command == (str(program),)
-    check_programs(scenario, to_start=False)
+    for words in (["check", str(file)], ["list", "algorithms"], ["run", str(file), "-o", str(tmp_path / "run"), "-q"]):
+        with pytest.raises(SystemExit) as end:
+            main(words)
+        assert end.value.code == (2 if words[0] == "run" else 0)
     with pytest.raises(InputError, match="is started only if you allow it: give --allow-programs, or keep it in"):
         sinssim.run(scenario, tmp_path / "run")
     with pytest.raises(InputError, match="allow-programs"):
@@ -488,3 +492,35 @@ def test_a_changed_program_is_another_ensemble(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text((tmp_path / "mine.py").read_text() + "# changed\n")
     with pytest.raises(InputError, match=r"many contains another ensemble|another ensemble|own_content"):
         sinssim.ensemble(scenario, 3, tmp_path / "many", resume=True, threads=1)
+
+
+@pytest.mark.slow
+def test_an_hour_of_s_turns_in_c(tmp_path: Path) -> None:
+    """The error of one sample a step with corrections of second order, as that of pyins on the same motion: 13.5 m."""
+    import subprocess
+
+    from sinssim.earth.ellipsoids import WGS84
+    from sinssim.simulation.foreign_navigator import navigated
+    from tests.oracles.s_turn import STurn
+
+    if shutil.which("cc") is None:
+        pytest.skip("there is no cc")
+
+    def gravity(latitude: Any, height: float) -> tuple[Any, Any]:
+        """Normal gravity to the second order in the height, without a component to the north: that of the example."""
+        s2, ratio = np.sin(latitude) ** 2, height / WGS84.a
+        m = WGS84.omega**2 * WGS84.a**2 * WGS84.b / WGS84.gm
+        surface = WGS84.gamma_e * (1.0 + WGS84.k * s2) / np.sqrt(1.0 - WGS84.e2 * s2)
+        return 0.0 * s2, surface * (1.0 - 2.0 * ratio * (1.0 + WGS84.f + m - 2.0 * WGS84.f * s2) + 3.0 * ratio**2)
+
+    flight = STurn(duration=3600.0, gravity=gravity).fly(100.0)
+    place = (flight.latitude[0], flight.longitude[0], flight.height[0])
+    numbers = {
+        **begin(), "state": np.concatenate([place, flight.velocity_ned[0], flight.q_nb[0]]),
+        "ellipsoid": (WGS84.a, WGS84.f, WGS84.gm, WGS84.omega), "gravity_equator": WGS84.gamma_e, "gravity_k": WGS84.k,
+    }  # fmt: skip
+    command = ["cc", "-O2", "-shared", "-fPIC", "-o", str(tmp_path / "c.so"), "my_navigator.c", "-lm"]
+    subprocess.run(command, cwd=TEMPLATES / "c", check=True)
+    feed = Feed(numbers, ImuData(flight.time, flight.dtheta, flight.dvel), ())
+    solution = navigated(NavigatorSection(name="c", library=str(tmp_path / "c.so")), feed)
+    assert flight.horizontal_error(solution.latitude, solution.longitude).max() == pytest.approx(13.5, abs=0.1)

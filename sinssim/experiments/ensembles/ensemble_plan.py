@@ -243,7 +243,7 @@ _MOVES = 0.5
 _CHUNK = 64
 """Runs in a file: a task of a minute or less."""
 LONG_CHUNK = 8
-"""Runs in a file, if each has a filter or a flight of its own, and takes as long as tens of others."""
+"""Runs in a file, if each has a filter, a program or a flight of its own, and takes as long as tens of others."""
 WITHOUT_EFFECT = ("name", "description", "views", "output", "recording")
 """Keys of a scenario that do not change a number of its runs."""
 
@@ -359,7 +359,8 @@ def make_plan(
     ]
     wanted += [(time, "times (times_s, --at)") for time in times]
     epochs, extra = _with_times(truth, _epochs(truth, section.epoch_s if section else None), wanted, stored)
-    chunk = LONG_CHUNK if solution == AIDED or motions_differ(scenario) else _CHUNK
+    takes_long = solution not in scenario.navigation.algorithms  # a filter, or a program of somebody else
+    chunk = LONG_CHUNK if takes_long or motions_differ(scenario) else _CHUNK
     north, east, _ = (float(v) for v in truth.state.velocity_ned[-1])
     course = math.atan2(east, north) if math.hypot(north, east) > _MOVES else math.nan
     return Plan(
