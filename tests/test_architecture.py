@@ -45,6 +45,7 @@ HOMES = {
     "tomllib": {"toml_file", "scenario.load"},
     "rich": {"cli", "recording.console", "progress", "*_table"},
     "matplotlib": {"recording.figures"},
+    "pymavlink": {"experiments.run.stream_packets"},
 }
 """Libraries that only these parts may import; "*" stands for any beginning of a module's name."""
 

@@ -29,7 +29,7 @@ import numpy as np
 
 from sinssim.content import named_paths
 from sinssim.data import Measurements
-from sinssim.earth.ellipsoids import GRAVITY_MODELS, ellipsoid_by_name
+from sinssim.earth.ellipsoids import GRAVITY_MODELS, Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, RunError, shortened
 from sinssim.logs.formats.registry import DEFAULT_START
 from sinssim.logs.gps_time import parse_date
@@ -134,7 +134,9 @@ def foreign_solutions(
 
     def by(navigator: NavigatorSection) -> ForeignSolution | RunError:
         chosen = [m for name in navigator.inputs for m in readings.get(name, ())]
-        begin = _beginning(scenario, truth, imu, initial)
+        of_log = truth.prepared.log.zero if isinstance(truth, RecordedMotion) else None
+        zero = None if of_log is None else of_log.seconds + of_log.fraction
+        begin = first_message(scenario, truth.ellipsoid, zero, imu, initial)
         feed = Feed(begin, imu, chosen, navigator.imu_as == "rates", navigator.form == "text", navigator.step != "bulk")
         try:
             return navigated(navigator, feed)
@@ -178,13 +180,14 @@ def _in_order(m: Measurements) -> Measurements:
     )
 
 
-def _beginning(scenario: Scenario, truth: Truth | RecordedMotion, imu: ImuData, initial: NavState) -> dict[str, Any]:
-    """Return the numbers of the first message by name."""
+def first_message(
+    scenario: Scenario, of_truth: Ellipsoid, zero: float | None, imu: ImuData, initial: NavState
+) -> dict[str, Any]:
+    """Return the numbers of the first message by name; `zero` is the GPS time of the run's time 0, s, if known."""
     from sinssim.scenario.filter_model import inertial_sigma
 
     section, sensors = scenario.navigation, inertial_sigma(scenario, 1.0)
-    ellipsoid = ellipsoid_by_name(section.ellipsoid_over(truth.ellipsoid.name))
-    zero = truth.prepared.log.zero if isinstance(truth, RecordedMotion) else None
+    ellipsoid = ellipsoid_by_name(section.ellipsoid_over(of_truth.name))
     gyro, accel = sensors.gyro, sensors.accel
     numbers: dict[str, Any] = {
         "epoch_gps_s": float(parse_date(DEFAULT_START, "")) if zero is None else zero,

@@ -41,6 +41,7 @@ NOT_HERE = {
     r"^python navigate_with_pyins\.py|pyins_inertial": "tests/logs/test_pyins.py, where pyins is installed",
     r"mine\.csv|solution\.nav": "the output of the reader's own program",
     r"^sinssim inspect (?:imu\.csv gnss\.pos|drive\.toml)": "the reader's files; see tests/analyses/inspection",
+    r"--listen": "the reader's navigator answers; tests/experiments/run/test_paced_stream.py",
     r"weather\.csv|log\.(?:csv|npz) --columns": "the reader's logs; see tests/analyses/noise",
     r"^sinssim allan (?:drive\.toml|runs/gyrocompassing)": "the reader's files",
     r"mine\.toml|my_log\.toml": "the reader's files",

@@ -1,17 +1,29 @@
-"""`sinssim view`, `runs`, `compare-runs`, `export` and `score`: what is done with finished runs."""
+"""`sinssim view`, `runs`, `compare-runs`, `export`, `score` and `stream`: what is done with finished runs."""
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from sinssim.cli.options import Debug, Json, OutFolder, Quiet, RunFolder, command, start_option
-from sinssim.cli.terminal import console, print_json
+from sinssim.cli.options import (
+    Debug,
+    Json,
+    OutFolder,
+    Quiet,
+    RunFolder,
+    Settings,
+    command,
+    scenario_names,
+    start_option,
+)
+from sinssim.cli.terminal import console, has_bars, print_json, remarks
 from sinssim.logs.formats.registry import WRITERS
 
 if TYPE_CHECKING:
+    from sinssim.experiments.run.stream_packets import Streamed
     from sinssim.logs.solution_score import Judge, Score
 
 
@@ -295,3 +307,99 @@ def _write_scores(judge: Judge, scores: list[Score], *, quiet: bool, as_json: bo
 
         show(score_exhibits(scored), console(least_width=110))
         print(f"Report: {place}\nCurves and map: sinssim view {place.parent}")
+
+
+ScenarioOrRun = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENARIO | RUN",
+        autocompletion=scenario_names,
+        help="A scenario's TOML file, a name from `sinssim list scenarios`, or a run directory.",
+    ),
+]
+Receiver = Annotated[
+    str, typer.Option("--to", metavar="PLACE", help="udp://HOST:PORT, tcp://HOST:PORT, or pty: for a new terminal.")
+]
+Form = Annotated[Literal["mavlink", "json", "nmea", "binary"], typer.Option("--as", help="Form of the packets.")]
+Pace = Annotated[
+    str, typer.Option("--pace", metavar="N|max", help="Run time over the clock's time; max sends without waiting.")
+]
+Listen = Annotated[
+    str | None,
+    typer.Option("--listen", metavar="PLACE", help="Score the solutions that arrive at udp://HOST:PORT."),
+]
+Network = Annotated[bool, typer.Option("--allow-network", help="Allow places that are not on this machine.")]
+LargestRate = Annotated[
+    float | None,
+    typer.Option("--rate", metavar="HZ", help="Largest rate of the inertial samples.", show_default="all"),
+]
+
+
+@command
+def stream(
+    scenario: ScenarioOrRun,
+    to: Receiver,
+    form: Form,
+    pace: Pace = "1",
+    listen: Listen = None,
+    network: Network = False,
+    rate: LargestRate = None,
+    start: Annotated[str | None, start_option("Date of time 0 of the run, UTC.")] = None,
+    settings: Settings = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Send what the sensors of a run would send, at the pace of the clock.
+
+    A bench, a ground station, a flight controller in simulation or a navigator receives it: as MAVLink, lines of JSON,
+    NMEA, or the binary protocol with navigators. A scenario is computed first. Ctrl-C ends it.
+
+    Only places on this machine are used, unless --allow-network is given.
+
+    Examples:
+
+        sinssim stream runs/mems_uav --to udp://127.0.0.1:14550 --as mavlink --pace max
+        sinssim stream runs/mems_uav --to pty: --as nmea --pace max
+        sinssim stream parked --to udp://127.0.0.1:5005 --as json --pace max --set parked.duration_s=60
+    """
+    from sinssim.experiments.run.paced_stream import exchange, pace_of, place_of
+    from sinssim.experiments.run.stream_packets import FORMS, readings_of
+
+    place = place_of(to, "--to", ("udp", "tcp", "pty"), allow_network=network)
+    heard = None if listen is None else place_of(listen, "--listen", ("udp",), allow_network=network)
+    factor = pace_of(pace)
+
+    def opened(device: str) -> None:
+        print(f"Terminal: {device}", file=sys.stderr if as_json else sys.stdout, flush=True)
+
+    with readings_of(scenario, settings or (), start, rate, progress=has_bars(quiet)) as sent:
+        remarks(quiet)(f"{sent.run.name} goes to {place} as {form}, {sent.duration:g} s; Ctrl-C ends it.")
+        tally, answers = exchange(FORMS[form](sent, factor), place, heard, factor, opened)
+        if not (as_json or quiet):
+            print(tally)
+        numbers = tally.numbers
+        if heard is not None and (answers or not tally.interrupted):
+            numbers["answers"] = _scored_answers(sent, answers, quiet=quiet or as_json)
+    if as_json:
+        print_json(numbers)
+    if tally.interrupted:
+        interrupt = KeyboardInterrupt()
+        interrupt.add_note(str(tally) if as_json or quiet else "The rest was not sent.")
+        raise interrupt
+
+
+def _scored_answers(sent: Streamed, answers: list[bytes], *, quiet: bool) -> dict[str, Any]:
+    """Return the numbers of a navigator's solutions, and print its errors beside those of the run's own."""
+    from sinssim.experiments.run.paced_stream import scored
+    from sinssim.experiments.run.run_scores import score_exhibits, to_json
+    from sinssim.logs.solution_score import Judge
+
+    result, faults = scored(Judge(sent.run, sent.content.start_gps_s), answers)
+    if not quiet:
+        from sinssim.recording.console import show
+
+        show(score_exhibits(result), console(least_width=110))
+        if faults:
+            print(f"{len(faults)} answers could not be used; the first: {faults[0]}")
+    return {**to_json(result.scores[0], result.span), "left_out": len(faults)}

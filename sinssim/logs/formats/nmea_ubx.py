@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import datetime as dt
 import math
+from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from functools import reduce
 from pathlib import Path
@@ -209,33 +210,41 @@ def _fixes(time: Array, f: dict[str, Array], separated: bool) -> tuple[FixStream
     return stream, notes
 
 
-_MOST_HZ = 10.0
+MOST_HZ = 10.0
+"""Instants a second that are written if no rate is given."""
 
 
-def write_nmea(content: Content, place: Path) -> list[str]:
-    """Write the file, at most 10 instants a second if no rate is given."""
-    content = content.with_rate(_MOST_HZ)
+def nmea_instants(content: Content) -> Iterator[tuple[float, str]]:
+    """Yield the instants of the run, s, with their sentences."""
     s = content.solution
     unix = unix_from_gps(content.start_gps_s + s.time)
     heading = None if s.q_nb is None else rotation.euler_from_quaternion(s.q_nb)[2] / DEG
     quality = 1 if content.solution_name in content.run.fixes else 8
+    for k in range(len(s)):
+        ms = round(float(unix[k]) * 1e3)
+        date = datetime(1970, 1, 1, tzinfo=UTC) + timedelta(milliseconds=ms)
+        clock = f"{date:%H%M%S}.{ms % 1000:03d}"
+        where = f"{_angle(s.latitude[k] / DEG, 2, 'NS')},{_angle(s.longitude[k] / DEG, 3, 'EW')}"
+        height = f"{s.height[k]:.4f},M,0.0,M,,"
+        text = _sentence(f"GNGGA,{clock},{where},{quality},00,,{height}")
+        course = ","
+        if s.velocity_ned is not None:
+            north, east = float(s.velocity_ned[k, 0]), float(s.velocity_ned[k, 1])
+            course = f"{math.hypot(north, east) / KNOT:.4f},{math.degrees(math.atan2(east, north)) % 360.0:.4f}"
+        text += _sentence(f"GNRMC,{clock},A,{where},{course},{date:%d%m%y},,,{'A' if quality == 1 else 'S'},V")
+        if heading is not None:
+            text += _sentence(f"GNHDT,{heading[k]:.4f},T")
+        yield float(s.time[k]), text
+
+
+def write_nmea(content: Content, place: Path) -> list[str]:
+    """Write the file, at most 10 instants a second if no rate is given."""
+    content = content.with_rate(MOST_HZ)
     with place.open("w", encoding="ascii", newline="") as file:
-        for k in range(len(s)):
-            ms = round(float(unix[k]) * 1e3)
-            date = datetime(1970, 1, 1, tzinfo=UTC) + timedelta(milliseconds=ms)
-            clock = f"{date:%H%M%S}.{ms % 1000:03d}"
-            where = f"{_angle(s.latitude[k] / DEG, 2, 'NS')},{_angle(s.longitude[k] / DEG, 3, 'EW')}"
-            height = f"{s.height[k]:.4f},M,0.0,M,,"
-            file.write(_sentence(f"GNGGA,{clock},{where},{quality},00,,{height}"))
-            course = ","
-            if s.velocity_ned is not None:
-                north, east = float(s.velocity_ned[k, 0]), float(s.velocity_ned[k, 1])
-                course = f"{math.hypot(north, east) / KNOT:.4f},{math.degrees(math.atan2(east, north)) % 360.0:.4f}"
-            file.write(_sentence(f"GNRMC,{clock},A,{where},{course},{date:%d%m%y},,,{'A' if quality == 1 else 'S'},V"))
-            if heading is not None:
-                file.write(_sentence(f"GNHDT,{heading[k]:.4f},T"))
+        file.writelines(text for _, text in nmea_instants(content))
+    s = content.solution
     return [
-        f"{content.solution_name}: GGA and RMC{' and HDT' if heading is not None else ''}, {len(s)} instants.",
+        f"{content.solution_name}: GGA and RMC{' and HDT' if s.q_nb is not None else ''}, {len(s)} instants.",
         "The height is that above the ellipsoid, with a geoid separation of 0: sinssim has no geoid model.",
         "Times are UTC.",
     ]

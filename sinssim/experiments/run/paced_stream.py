@@ -1,0 +1,429 @@
+"""Packets at the pace of the clock: places to send them to, their deadlines, and the solutions that come back."""
+
+from __future__ import annotations
+
+import gc
+import ipaddress
+import json
+import math
+import os
+import socket
+import threading
+import time
+from array import array
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, nullcontext, suppress
+from dataclasses import dataclass, field, replace
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
+
+import numpy as np
+
+from sinssim.errors import InputError, RunError, shortened
+from sinssim.experiments.run.stream_packets import Packet
+from sinssim.logs.stored_run import STATE_COLUMNS
+from sinssim.simulation.navigator_protocol import HEADER, MAGIC, SOLUTION, answer_size, check_header
+from sinssim.system.outputs import Draft
+
+if TYPE_CHECKING:
+    from sinssim.experiments.run.run_scores import Scored
+    from sinssim.logs.solution_score import Judge
+
+LATE_S = 1e-3
+"""Lateness beyond which the deadline of a packet is lost, s."""
+_SPIN_S = 3e-4
+"""Time before a deadline that is spent awake, s: a sleep may end so much later than was asked for."""
+_QUIET_S = 1.0
+"""Time without an answer after which no more are expected, s."""
+_DATAGRAM = 1 << 16
+_BUFFER = 1 << 22
+_PTY = "pty:"
+_SIGMA_COLUMNS = ("sigma_n_m", "sigma_e_m", "sigma_d_m", "sigma_vn_mps", "sigma_ve_mps", "sigma_vd_mps")
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where packets go to, or answers come from; "pty" is a new pseudo-terminal."""
+
+    scheme: str
+    host: str = ""
+    port: int = 0
+
+    def __str__(self) -> str:
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return _PTY if self.scheme == "pty" else f"{self.scheme}://{host}:{self.port}"
+
+
+def place_of(text: str, option: str, schemes: tuple[str, ...], *, allow_network: bool = False) -> Place:
+    """Return the place that an option names, one of this machine unless the network is allowed.
+
+    Raises:
+        InputError: it is no place of one of the schemes, or may not be used. No name has been looked up then.
+    """
+    example = f"{schemes[0]}://127.0.0.1:14550"
+    if text == _PTY and "pty" in schemes:
+        return Place("pty")
+    try:
+        parts = urlsplit(text)
+        scheme, host, port = parts.scheme, parts.hostname or "", parts.port
+    except ValueError as error:
+        raise InputError(f"{option} {shortened(text)}: {error}; give for example {example}.") from error
+    if scheme not in schemes or (parts.path + parts.query + parts.fragment).strip("/") or parts.username is not None:
+        kinds = ", ".join(_PTY if name == "pty" else f"{name}://HOST:PORT" for name in schemes)
+        raise InputError(f"{option} {shortened(text)} is none of {kinds}; give for example {example}.")
+    if not host or not port:
+        raise InputError(
+            f"{option} {shortened(text)} lacks a {'port' if host else 'host'}; give for example {example}."
+        )
+    if not (allow_network or _is_loopback(host)):
+        raise InputError(
+            f"{option} {shortened(text)} is not this machine; nothing was sent. --allow-network allows other machines."
+        )
+    return Place(scheme, host, port)
+
+
+def _is_loopback(host: str) -> bool:
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def _address(place: Place, kind: socket.SocketKind) -> tuple[socket.AddressFamily, Any]:
+    try:
+        family, _, _, _, address = socket.getaddrinfo(place.host, place.port, type=kind)[0]
+    except OSError as error:
+        raise InputError(f"{place}: the host {place.host} is not known ({error.strerror}).") from error
+    return family, address
+
+
+class Listener:
+    """Collects the datagrams that arrive at a place; a context manager."""
+
+    def __init__(self, place: Place) -> None:
+        """Listen from now on."""
+        self.place, self.answers, self._last = place, list[bytes](), time.monotonic()
+        self.family, address = _address(place, socket.SOCK_DGRAM)
+        self.socket = socket.socket(self.family, socket.SOCK_DGRAM)
+        try:
+            self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER)
+            self.socket.bind(address)
+        except OSError as error:
+            self.socket.close()
+            raise InputError(f"--listen {place}: {error.strerror}; another program may use it.") from error
+        self.socket.settimeout(0.1)
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._hear, name="answers", daemon=True)
+        self._thread.start()
+
+    def _hear(self) -> None:
+        while not self._over.is_set():
+            with suppress(OSError):
+                self.answers.append(self.socket.recv(_DATAGRAM))
+                self._last = time.monotonic()
+
+    def __enter__(self) -> Listener:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._over.set()
+        self._thread.join()
+        self.socket.close()
+
+    def wait(self) -> None:
+        """Wait until nothing has arrived for a second."""
+        self._last = time.monotonic()
+        while time.monotonic() - self._last < _QUIET_S:
+            time.sleep(0.05)
+
+
+@contextmanager
+def outlet(place: Place, listener: Listener | None, opened: Callable[[str], None]) -> Iterator[Callable[[bytes], bool]]:
+    """Yield a function that sends bytes to a place, and returns whether they were taken.
+
+    Datagrams come from the address of the listener, if there is one, so that they can be answered.
+
+    Args:
+        opened: is told the name of a pseudo-terminal's device.
+    """
+    if place.scheme == "pty":
+        with _terminal(opened) as send:
+            yield send
+        return
+    datagrams = place.scheme == "udp"
+    family, address = _address(place, socket.SOCK_DGRAM if datagrams else socket.SOCK_STREAM)
+    if datagrams and listener is not None and listener.family == family:
+        yield _datagrams(listener.socket, address)
+        return
+    with socket.socket(family, socket.SOCK_DGRAM if datagrams else socket.SOCK_STREAM) as link:
+        if datagrams:
+            yield _datagrams(link, address)
+            return
+        try:
+            link.connect(address)
+        except OSError as error:
+            raise RunError(f"{place} does not take a connection: {error.strerror}.") from error
+        link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        yield _all_of(link)
+
+
+def _all_of(link: socket.socket) -> Callable[[bytes], bool]:
+    def send(data: bytes) -> bool:
+        link.sendall(data)
+        return True
+
+    return send
+
+
+def _datagrams(link: socket.socket, address: Any) -> Callable[[bytes], bool]:
+    return lambda data: link.sendto(data, address) == len(data)
+
+
+@contextmanager
+def _terminal(opened: Callable[[str], None]) -> Iterator[Callable[[bytes], bool]]:
+    """Yield the sender of a new pseudo-terminal, which refuses what its reader leaves waiting."""
+    import tty
+
+    leader, device = os.openpty()
+    try:
+        tty.setraw(device)
+        os.set_blocking(leader, False)
+        opened(os.ttyname(device))
+
+        def send(data: bytes) -> bool:
+            with suppress(BlockingIOError):
+                return os.write(leader, data) == len(data)
+            return False
+
+        yield send
+    finally:
+        os.close(leader)
+        os.close(device)
+
+
+@dataclass
+class Tally:
+    """What was sent.
+
+    Attributes:
+        pace: run time over the clock's time; inf for as fast as possible.
+        counts: packets by kind.
+        size: bytes.
+        refused: packets that a full terminal did not take.
+        lateness: of each packet with a deadline, s.
+        lost: deadlines that were missed by 1 ms, or by the time until the next packet.
+        until: run time of the last packet, s.
+        interrupted: whether Ctrl-C has ended it.
+    """
+
+    pace: float
+    counts: Counter[str] = field(default_factory=Counter)
+    size: int = 0
+    refused: int = 0
+    lateness: array[float] = field(default_factory=lambda: array("d"))
+    lost: int = 0
+    until: float = math.nan
+    interrupted: bool = False
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """The numbers, units in their names."""
+        late = np.array(self.lateness) * 1e3
+        p99, largest = (float(np.percentile(late, 99.0)), float(late.max())) if len(late) else (None, None)
+        within = float((late <= 1e3 * LATE_S).mean()) if len(late) else None
+        return {
+            "packets": self.counts.total(), "by_kind": dict(self.counts), "bytes": self.size, "refused": self.refused,
+            "until_s": None if math.isnan(self.until) else self.until,
+            "pace": self.pace if math.isfinite(self.pace) else "max", "lost_deadlines": self.lost,
+            "within_1_ms": within, "lateness_99_percent_ms": p99, "lateness_max_ms": largest,
+            "interrupted": self.interrupted,
+        }  # fmt: skip
+
+    def __str__(self) -> str:
+        numbers, kinds = self.numbers, ", ".join(f"{count} {kind}" for kind, count in self.counts.items())
+        if not self.counts:
+            return "Nothing was sent."
+        text = f"{numbers['packets']} packets ({kinds}) up to {self.until:g} s were sent."
+        if self.refused:
+            text += f" {self.refused} of them were not taken, because nobody had read those before."
+        if numbers["lateness_max_ms"] is None:
+            return text
+        return (
+            f"{text} 99 % were at most {numbers['lateness_99_percent_ms']:.2g} ms late, the latest "
+            f"{numbers['lateness_max_ms']:.3g} ms; {self.lost} deadlines were lost: by more than 1 ms, or by the time "
+            "until the next packet."
+        )
+
+
+def send_at_pace(
+    packets: Iterable[Packet],
+    send: Callable[[bytes], bool],
+    pace: float = 1.0,
+    *,
+    clock: Callable[[], float] = time.perf_counter,
+    sleep: Callable[[float], None] = time.sleep,
+) -> Tally:
+    """Send packets at their instants, each of which is counted from the first one, so that no delay adds up.
+
+    Args:
+        packets: in order of time; those of one microsecond have one deadline.
+        send: sends one, and returns whether it was taken.
+        pace: run time over the clock's time; inf for sending without waiting.
+        clock: a clock that never goes back, s.
+
+    Returns:
+        What was sent, also until Ctrl-C.
+
+    Raises:
+        RunError: it cannot be sent.
+    """
+    tally, timed = Tally(pace), math.isfinite(pace)
+    groups = (list(group) for _, group in groupby(packets, key=lambda packet: round(1e6 * packet.time)))
+    with _without_collections():
+        try:
+            group, following = next(groups, []), next(groups, [])
+            begin = clock() - (group[0].time / pace if group else 0.0)
+            while group:
+                due = begin + group[0].time / pace
+                if timed:
+                    if (left := due - clock() - _SPIN_S) > 0.0:
+                        sleep(left)
+                    while clock() < due:
+                        pass
+                most = min(LATE_S, (following[0].time - group[0].time) / pace) if following else LATE_S
+                for packet in group:
+                    tally.refused += not send(packet.data)
+                    if timed:
+                        tally.lateness.append(late := clock() - due)
+                        tally.lost += late > most
+                    tally.counts[packet.kind] += 1
+                    tally.size += len(packet.data)
+                    tally.until = packet.time
+                group, following = following, next(groups, [])  # it is made while there is time
+        except KeyboardInterrupt:
+            tally.interrupted = True
+        except OSError as error:
+            what = error.strerror or type(error).__name__
+            raise RunError(f"the connection failed: {what}. {tally}") from error
+    return tally
+
+
+def exchange(
+    packets: Iterable[Packet], place: Place, listen: Place | None, pace: float, opened: Callable[[str], None]
+) -> tuple[Tally, list[bytes]]:
+    """Send packets to a place, and return what was sent and the datagrams that came to another.
+
+    Args:
+        opened: is told the name of a pseudo-terminal's device.
+    """
+    with (
+        nullcontext() if listen is None else Listener(listen) as listener,
+        outlet(place, listener, opened) as send,
+    ):
+        tally = send_at_pace(packets, send, pace)
+        if listener is None:
+            return tally, []
+        if not tally.interrupted:
+            listener.wait()
+        return tally, listener.answers
+
+
+@contextmanager
+def _without_collections() -> Iterator[None]:
+    """Keep the collector of unused objects from looking through all that exist, which takes milliseconds."""
+    gc.collect()
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
+
+
+def columns_of_answers(answers: Iterable[bytes]) -> tuple[dict[str, list[float]], list[str]]:
+    """Return the columns of a navigator's solutions, in order of time, and why answers are left out.
+
+    The answers are messages of the binary protocol, or lines of JSON with the names of columns that a table for
+    `sinssim score` has. Datagrams may come twice or in any order.
+    """
+    rows: dict[float, dict[str, float]] = {}
+    faults: list[str] = []
+    for answer in answers:
+        try:
+            for row in _binary_rows(answer) if not answer.lstrip().startswith(b"{") else _json_rows(answer):
+                rows[row["time_s"]] = row
+        except (RunError, ValueError) as error:
+            faults.append(str(error))
+    times = sorted(rows)
+    names = list(dict.fromkeys(name for time in times for name in rows[time]))
+    whole = [name for name in names if all(name in rows[time] for time in times)]
+    return {name: [rows[time][name] for time in times] for name in whole}, faults
+
+
+def _binary_rows(data: bytes) -> Iterator[dict[str, float]]:
+    if data.startswith(MAGIC):
+        check_header(data)
+        data = data[HEADER.size :]
+    elif data[:1] != bytes([SOLUTION]):
+        raise RunError(f"an answer, {shortened(repr(data)[1:])}, is neither a solution of the protocol nor JSON.")
+    columns = ("time_s", *STATE_COLUMNS, *_SIGMA_COLUMNS)
+    while data:
+        size = answer_size(data[:8]) if len(data) >= 8 else 8
+        if len(data) < size or size == 8:
+            raise RunError(f"an answer ends after {len(data)} of {size} bytes.")
+        numbers = np.frombuffer(data, "<f8", size // 8 - 1, 8)[: len(columns)]
+        if not np.isfinite(numbers[: 1 + len(STATE_COLUMNS)]).all():
+            raise RunError("an answer is not finite.")
+        known = numbers[: 1 + len(STATE_COLUMNS)] if np.isnan(numbers).any() else numbers
+        yield dict(zip(columns, known.tolist(), strict=False))
+        data = data[size:]
+
+
+def _json_rows(data: bytes) -> Iterator[dict[str, float]]:
+    for line in data.decode("utf-8").splitlines():
+        values = json.loads(line)
+        if not isinstance(values, dict) or "time_s" not in values:
+            raise RunError(f"an answer, {shortened(line)}, is no JSON object with time_s.")
+        row = {k: float(v) for k, v in values.items() if isinstance(v, int | float) and not isinstance(v, bool)}
+        if "time_s" not in row or not all(map(math.isfinite, row.values())):
+            raise RunError(f"an answer, {shortened(line)}, is not finite.")
+        yield row
+
+
+def scored(judge: Judge, answers: list[bytes]) -> tuple[Scored, list[str]]:
+    """Return the score of a navigator's answers beside the run's own solutions, and why some are left out.
+
+    Raises:
+        RunError: there are no solutions among them.
+    """
+    from sinssim.experiments.run.run_scores import Scored
+
+    columns, faults = columns_of_answers(answers)
+    if len(columns.get("time_s", ())) < 2:
+        why = f" The first that is none: {shortened(faults[0], 300)}" if faults else ""
+        raise RunError(f"{len(answers)} answers have come; two solutions are needed for a score.{why}")
+    with Draft(name="answers") as folder:
+        file = folder.path / "answers.csv"
+        rows = zip(*columns.values(), strict=True)
+        text = "\n".join([",".join(columns), *(",".join(map(repr, row)) for row in rows), ""])
+        file.write_text(text, encoding="utf-8")
+        score = replace(judge.score(file, name="answers"), path=Path(f"{len(answers)} answers"))
+    span = float(score.error.time[0]), float(score.error.time[-1])
+    return Scored(judge, [score], {**judge.run_errors(span), score.name: score.error}, span), faults
+
+
+def pace_of(text: str) -> float:
+    """Return a pace from its text: a factor, or "max" for inf."""
+    if text == "max":
+        return math.inf
+    try:
+        pace = float(text)
+    except ValueError:
+        raise InputError(f"--pace {shortened(text)} must be a number, or max.") from None
+    if not 0.0 < pace < math.inf:
+        raise InputError(f"--pace {shortened(text)} must be positive: 1 is the pace of the clock, max the fastest.")
+    return pace

@@ -1,0 +1,461 @@
+"""Packets of a run at the pace of the clock, decoded by other programs, and the solutions that come back."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+import os
+import re
+import shutil
+import signal
+import socket
+import struct
+import sys
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterable
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sinssim.errors import InputError, RunError
+from sinssim.experiments.run import paced_stream
+from sinssim.experiments.run.execute import run as run_scenario
+from sinssim.experiments.run.paced_stream import columns_of_answers, pace_of, place_of, scored, send_at_pace
+from sinssim.experiments.run.stream_packets import FORMS, Packet, Streamed, streamed
+from sinssim.logs.solution_score import Judge
+from sinssim.logs.stored_run import RecordedRun
+from sinssim.scenario.schema import Scenario
+from tests.cli.test_cli import call
+from tests.logs.short_run import CONTENTS
+
+LOOPBACK = "127.0.0.1"
+DURATION, RATE = 12.0, 50.0
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run with GNSS and a barometer, and a navigator that keeps what it is sent, and answers nonsense."""
+    folder = tmp_path_factory.mktemp("streamed")
+    contents: dict[str, Any] = copy.deepcopy(CONTENTS)
+    contents["great_circle"]["duration_s"] = DURATION
+    contents["aiding"] = {"gnss": {"rate_hz": 5.0, "lever_arm_m": [0.5, 0.0, -1.5], "latency_s": 0.13}, "baro": {}}
+    contents["navigation"]["algorithms"] = ["quaternion"]
+    contents["recording"] = {"keep": "streams", "detail": "none"}
+    tee = shutil.which("tee")
+    contents["navigator"] = [{"name": "tee", "command": [tee, str(folder / "sent")], "inputs": ["imu", "baro", "gnss"]}]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SINSSIM_PROGRAMS", "allow")
+        run_scenario(Scenario.model_validate(contents), folder / "run")
+    return folder / "run"
+
+
+@pytest.fixture
+def of(place: Path) -> Streamed:
+    return streamed(RecordedRun(place))
+
+
+def packets(form: str, of: Streamed) -> list[Packet]:
+    made = list(FORMS[form](of, 1.0))
+    assert all(a.time <= b.time + 1e-6 for a, b in pairwise(made))
+    return made
+
+
+class Clock:
+    """A clock that sleeping and sending advance; a sleep ends late by a tenth of a millisecond."""
+
+    def __init__(self) -> None:
+        self.now = 1000.0
+
+    def __call__(self) -> float:
+        self.now += 1e-6  # looking at it takes a microsecond
+        return self.now
+
+    def sleep(self, seconds: float) -> None:
+        assert seconds > 0.0
+        self.now += seconds + 1e-4
+
+
+def sent_at(times: Iterable[float], pace: float, costs: dict[int, float]) -> tuple[list[float], paced_stream.Tally]:
+    """Return when packets were sent, from the first one on, and the tally; some take long to send, s."""
+    clock, sent = Clock(), list[float]()
+
+    def send(data: bytes) -> bool:
+        sent.append(clock.now)
+        clock.now += costs.get(len(sent) - 1, 1e-5)
+        return True
+
+    made = (Packet(time, "a", b"x") for time in times)
+    tally = send_at_pace(made, send, pace, clock=clock, sleep=clock.sleep)
+    return [at - sent[0] for at in sent], tally
+
+
+@pytest.mark.parametrize("pace", [0.5, 1.0, 4.0])
+def test_packets_go_out_at_their_instants_and_no_delay_adds_up(pace: float) -> None:
+    times = 5.0 + 0.01 * np.arange(500)
+    sent, tally = sent_at(times.tolist(), pace, {})
+    np.testing.assert_allclose(sent, (times - 5.0) / pace, rtol=0.0, atol=5e-6)
+    assert tally.lost == 0
+    assert max(tally.lateness) < 3e-5
+
+
+def test_a_delay_loses_its_deadlines_and_the_pace_goes_on() -> None:
+    """The send of the packet at 0.05 s takes 25 ms: its own deadline and the two of the next 20 ms are lost."""
+    times = 0.01 * np.arange(20)
+    sent, tally = sent_at(times.tolist(), 1.0, {5: 0.025})
+    assert tally.lost == 3
+    np.testing.assert_allclose(sent[8:], times[8:], rtol=0.0, atol=5e-6)
+    assert tally.numbers["lateness_max_ms"] == pytest.approx(25.0, abs=0.05)
+    assert tally.numbers["within_1_ms"] == pytest.approx(17 / 20)
+
+
+def test_a_packet_later_than_the_next_instant_has_lost_its_deadline() -> None:
+    """Half a millisecond is too late where the next packet follows after 0.2 ms, and in time elsewhere."""
+    _, tally = sent_at([0.0, 0.01, 0.0102, 0.02], 1.0, {0: 5e-4, 1: 5e-4})
+    assert tally.lost == 1
+
+
+def test_packets_of_one_instant_have_one_deadline() -> None:
+    _, tally = sent_at([0.0, 0.01, 0.01, 0.01, 0.02], 1.0, {1: 3e-4, 2: 3e-4})
+    assert tally.lost == 0
+
+
+def test_the_largest_pace_waits_for_nothing() -> None:
+    sent, tally = sent_at([0.0, 100.0, 200.0], math.inf, {})
+    assert sent[-1] < 1e-3
+    assert tally.numbers["lateness_max_ms"] is None
+
+
+def test_an_interruption_leaves_the_tally() -> None:
+    def send(data: bytes) -> bool:
+        if data == b"3":
+            raise KeyboardInterrupt
+        return True
+
+    tally = send_at_pace((Packet(0.001 * k, "a", str(k).encode()) for k in range(9)), send)
+    assert tally.interrupted
+    assert tally.counts == {"a": 3}
+    assert str(tally).startswith("3 packets (3 a) up to 0.002 s were sent.")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("udp://192.0.2.1:14550", "nothing was sent"),
+        ("udp://sinssim.invalid:14550", "nothing was sent"),
+        ("udp://[2001:db8::1]:5", "nothing was sent"),
+        ("udp://0.0.0.0:5", "nothing was sent"),
+        ("udp://127.0.0.1", "lacks a port"),
+        ("udp://:5", "lacks a host"),
+        ("127.0.0.1:5", "is none of udp://HOST:PORT, tcp://HOST:PORT, pty:"),
+        ("http://127.0.0.1:5", "is none of"),
+        ("udp://127.0.0.1:5/x", "is none of"),
+        ("udp://127.0.0.1:70000", "out of range"),
+    ],
+)
+def test_a_wrong_place_is_told_and_no_name_is_looked_up(
+    text: str, words: str, place: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: pytest.fail("a name was looked up"))
+    assert call("stream", str(place), "--to", text, "--as", "json") == 2
+    said = capsys.readouterr().err
+    assert words in said
+    assert len(said.splitlines()) == 1
+
+
+def test_places_of_this_machine_and_of_others_if_allowed() -> None:
+    for text in ("udp://127.0.0.1:5", "udp://[::1]:5", "udp://localhost:5"):
+        assert str(place_of(text, "--to", ("udp",))) == text
+    assert place_of("udp://192.0.2.1:5", "--to", ("udp",), allow_network=True).host == "192.0.2.1"
+
+
+@pytest.mark.parametrize("text", ["0", "-1", "nan", "inf", "fast"])
+def test_a_wrong_pace(text: str) -> None:
+    with pytest.raises(InputError, match="--pace"):
+        pace_of(text)
+
+
+def test_json_has_the_numbers_of_the_streams(of: Streamed) -> None:
+    rows = [json.loads(packet.data) for packet in packets("json", of)]
+    imu = of.run.table("imu_measured")
+    sent = [row for row in rows if row["type"] == "imu"]
+    for column in imu:
+        np.testing.assert_array_equal([row[column] for row in sent], imu[column])
+    np.testing.assert_allclose([row["interval_s"] for row in sent], 1.0 / RATE, rtol=1e-9)
+    gnss = of.run.table("aiding_gnss_position")
+    kept = gnss["arrival_s"] <= DURATION
+    assert 0 < kept.sum() < len(kept)
+    sent = [row for row in rows if row["type"] == "gnss_position"]
+    for column in ("time_s", "longitude_rad", "sigma_d_m", "arrival_s"):
+        np.testing.assert_array_equal([row[column] for row in sent], gnss[column][kept])
+    assert "nis" not in sent[0]
+    nav = of.run.table("nav_quaternion")
+    assert rows[0]["type"] == "begin"
+    assert rows[0]["longitude_rad"] == nav["longitude_rad"][0]
+    assert rows[-1] == {"type": "end", "time_s": DURATION}
+
+
+def test_a_lower_rate_adds_the_increments(place: Path) -> None:
+    fewer = streamed(RecordedRun(place), rate_hz=20.0)
+    imu = RecordedRun(place).table("imu_measured")
+    assert len(fewer.imu) == 200
+    np.testing.assert_allclose(np.diff(fewer.imu.time), 0.06, rtol=1e-9)
+    np.testing.assert_allclose(fewer.imu.dvel[:, 2].sum(), imu["dvel_z_mps"].sum(), rtol=1e-12)
+    np.testing.assert_allclose(fewer.imu.dtheta[1], [imu[f"dtheta_{a}_rad"][3:6].sum() for a in "xyz"], rtol=1e-12)
+
+
+def test_binary_is_what_a_navigator_of_the_run_was_sent(of: Streamed, place: Path) -> None:
+    """The state at the start is that of the first solution, whose quaternion is normalised once more."""
+    sent = b"".join(packet.data for packet in packets("binary", of))
+    kept = (place.parent / "sent").read_bytes()
+    state = slice(24 + 16, 24 + 16 + 80)
+    np.testing.assert_allclose(np.frombuffer(sent[state]), np.frombuffer(kept[state]), rtol=4e-16, atol=1e-17)
+    assert sent[: state.start] + sent[state.stop :] == kept[: state.start] + kept[state.stop :]
+
+
+def test_mavlink_has_the_runs_numbers_to_the_resolution_of_its_messages(
+    of: Streamed, place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A ground station of another library receives and counts the messages, and decodes their numbers."""
+    mavutil = pytest.importorskip("pymavlink.mavutil")
+    station = mavutil.mavlink_connection(f"udpin:{LOOPBACK}:0", dialect="common")
+    station.port.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 22)
+    port = station.port.getsockname()[1]
+    assert call("stream", str(place), "--to", f"udp://{LOOPBACK}:{port}", "--as", "mavlink", "--pace", "max") == 0
+    received: dict[str, list[Any]] = {}
+    while (message := station.recv_match()) is not None:
+        received.setdefault(message.get_type(), []).append(message)
+    station.close()
+    counts = {kind: len(messages) for kind, messages in received.items()}
+    fixes = sum(of.run.table("aiding_gnss_position")["arrival_s"] <= DURATION)
+    assert counts == {
+        "HEARTBEAT": 13, "HIL_SENSOR": 600, "HIL_STATE_QUATERNION": 601, "HIL_GPS": fixes, "GPS_INPUT": fixes,
+    }  # fmt: skip
+    assert station.packet_loss() == 0.0
+    said = capsys.readouterr().out
+    assert all(f"{count} {kind}" in said for kind, count in counts.items())
+
+    def field(kind: str, name: str) -> np.ndarray:
+        return np.array([getattr(message, name) for message in received[kind]], dtype=float)
+
+    imu, single = of.run.table("imu_measured"), 1.0 / (1 << 23)
+    np.testing.assert_array_equal(field("HIL_SENSOR", "time_usec"), np.round(1e6 * imu["time_s"]))
+    for axis in "xyz":
+        step = np.diff(np.concatenate(([0.0], imu["time_s"])))
+        np.testing.assert_allclose(field("HIL_SENSOR", f"{axis}acc"), imu[f"dvel_{axis}_mps"] / step, rtol=single)
+        np.testing.assert_allclose(field("HIL_SENSOR", f"{axis}gyro"), imu[f"dtheta_{axis}_rad"] / step, rtol=single)
+    _check_barometer(of, field)
+    _check_fixes(of, field)
+    truth = of.run.table("truth")
+    for name, column in (("lat", "latitude_rad"), ("lon", "longitude_rad")):
+        np.testing.assert_allclose(field("HIL_STATE_QUATERNION", name), np.degrees(truth[column]) * 1e7, atol=0.51)
+    np.testing.assert_allclose(field("HIL_STATE_QUATERNION", "alt"), 1e3 * truth["height_m"], atol=0.51)
+    np.testing.assert_allclose(field("HIL_STATE_QUATERNION", "vx"), 1e2 * truth["velocity_n_mps"], atol=0.51)
+    attitude = np.array([m.attitude_quaternion for m in received["HIL_STATE_QUATERNION"]])
+    np.testing.assert_allclose(attitude[:, 1], truth["q_nb_x"], rtol=single, atol=1e-12)
+    # along a great circle at a constant height it climbs over the curved Earth by v/R alone, nose down
+    np.testing.assert_allclose(field("HIL_STATE_QUATERNION", "pitchspeed")[5:], -100.0 / 6.37e6, rtol=0.01)
+    assert np.abs(field("HIL_STATE_QUATERNION", "zacc")).max() <= 1.0  # v²/R is 0.16 mG
+
+
+def _check_barometer(of: Streamed, field: Any) -> None:
+    """The pressure is that of ICAO's troposphere; only a sample with a new reading says that it is one."""
+    baro = of.run.table("aiding_baro")
+    new = field("HIL_SENSOR", "fields_updated").astype(int) & (1 << 9 | 1 << 11 | 1 << 12) != 0
+    assert set(field("HIL_SENSOR", "fields_updated")) == {0x3F, 0x3F | 1 << 9 | 1 << 11 | 1 << 12}
+    latest = baro["height_m"][np.searchsorted(baro["arrival_s"], of.imu.time[1:][new] + 1e-6) - 1]
+    np.testing.assert_allclose(field("HIL_SENSOR", "pressure_alt")[new], latest, rtol=1e-6)
+    geopotential = 6356766.0 * latest / (6356766.0 + latest)
+    pressure = 1013.25 * (1.0 - 0.0065 * geopotential / 288.15) ** 5.255880
+    np.testing.assert_allclose(field("HIL_SENSOR", "abs_pressure")[new], pressure, rtol=1e-6)
+    np.testing.assert_allclose(field("HIL_SENSOR", "temperature")[new], 15.0 - 0.0065 * geopotential, rtol=1e-5)
+
+
+def _check_fixes(of: Streamed, field: Any) -> None:
+    """Positions are to 1e-7 deg and mm; the time of week is that of 2026-01-01, a Thursday, with 18 leap seconds."""
+    gnss, moving = of.run.table("aiding_gnss_position"), of.run.table("aiding_gnss_velocity")
+    rows = gnss["arrival_s"] <= DURATION
+    longitude = np.degrees(gnss["longitude_rad"][rows])
+    for kind in ("HIL_GPS", "GPS_INPUT"):
+        np.testing.assert_allclose(field(kind, "lat"), np.degrees(gnss["latitude_rad"][rows]) * 1e7, atol=0.51)
+        np.testing.assert_allclose(field(kind, "lon"), ((longitude + 180.0) % 360.0 - 180.0) * 1e7, atol=0.51)
+        np.testing.assert_array_equal(field(kind, "time_usec"), np.round(1e6 * gnss["time_s"][rows]))
+    north, east = (moving[f"velocity_{axis}_mps"][rows] for axis in "ne")
+    np.testing.assert_allclose(field("HIL_GPS", "alt"), 1e3 * gnss["height_m"][rows], atol=0.51)
+    np.testing.assert_allclose(field("HIL_GPS", "vn"), 1e2 * north, atol=0.51)
+    np.testing.assert_allclose(field("HIL_GPS", "vel"), 1e2 * np.hypot(north, east), atol=0.51)
+    np.testing.assert_allclose(field("HIL_GPS", "cog"), 1e2 * np.degrees(np.arctan2(east, north)), atol=0.51)
+    np.testing.assert_allclose(field("HIL_GPS", "epv"), 1e2 * gnss["sigma_d_m"][rows], atol=0.51)
+    np.testing.assert_allclose(field("GPS_INPUT", "alt"), gnss["height_m"][rows], rtol=1e-6)
+    np.testing.assert_allclose(field("GPS_INPUT", "ve"), east, rtol=1e-6)
+    np.testing.assert_allclose(field("GPS_INPUT", "vert_accuracy"), gnss["sigma_d_m"][rows], rtol=1e-6)
+    assert set(field("GPS_INPUT", "ignore_flags")) == {2 | 4}
+    assert set(field("GPS_INPUT", "time_week")) == {2399.0}
+    ms = 4 * 86_400_000 + 18_000 + 1e3 * gnss["time_s"][rows]
+    np.testing.assert_allclose(field("GPS_INPUT", "time_week_ms"), ms, atol=0.51)
+
+
+def test_without_the_library_the_extra_is_named(
+    place: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "pymavlink.dialects.v20", None)
+    monkeypatch.setitem(sys.modules, "pymavlink", None)
+    assert call("stream", str(place), "--to", f"udp://{LOOPBACK}:9", "--as", "mavlink", "--pace", "max") == 2
+    assert "pip install 'sinssim[stream]'" in capsys.readouterr().err
+
+
+def test_a_terminal_has_sentences_that_another_library_reads(
+    place: Path, of: Streamed, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    reader = pytest.importorskip("pynmeagps").NMEAReader
+    read = bytearray()
+
+    class Reader(threading.Thread):
+        def run(self) -> None:
+            link = os.open(self.name, os.O_RDONLY | os.O_NOCTTY)
+            while read.count(b"\n") < lines:
+                read.extend(os.read(link, 4096))
+            os.close(link)
+
+    lines = 2 * sum(of.run.table("aiding_gnss_position")["arrival_s"] <= DURATION)
+    threads = []
+
+    def opened(device: str) -> None:
+        threads.append(Reader(name=device, daemon=True))
+        threads[0].start()
+
+    tally, _ = paced_stream.exchange(FORMS["nmea"](of, 100.0), place_of("pty:", "--to", ("pty",)), None, 100.0, opened)
+    threads[0].join(10.0)
+    assert tally.refused == 0
+    message = reader.parse(bytes(read).splitlines()[0])
+    gnss = of.run.table("aiding_gnss_position")
+    assert message.lat == pytest.approx(math.degrees(gnss["latitude_rad"][0]), abs=1e-9)
+    assert message.msgID == "GGA"
+    assert call("stream", str(place), "--to", "pty:", "--as", "nmea", "--pace", "max") == 0
+    assert re.search(r"^Terminal: /dev/\S+$", capsys.readouterr().out, re.MULTILINE)
+
+
+def test_a_connection_gets_everything_and_its_end_is_told(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.create_server((LOOPBACK, 0)) as server:
+        port = server.getsockname()[1]
+        received = bytearray()
+
+        def take(most: float) -> None:
+            link, _ = server.accept()
+            with link:
+                while len(received) < most and (data := link.recv(1 << 16)):
+                    received.extend(data)
+
+        for most, code in ((math.inf, 0), (1000, 1)):
+            received.clear()
+            thread = threading.Thread(target=take, args=(most,), daemon=True)
+            thread.start()
+            to = f"tcp://{LOOPBACK}:{port}"
+            assert call("stream", str(place), "--to", to, "--as", "binary", "--pace", "100") == code
+            thread.join(10.0)
+            if not code:
+                assert len(received) == len((place.parent / "sent").read_bytes())
+    assert "the connection failed" in capsys.readouterr().err
+    assert call("stream", str(place), "--to", to, "--as", "binary") == 1
+    assert "does not take a connection" in capsys.readouterr().err
+
+
+def test_a_navigators_answers_are_scored(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A navigator that answers the truth one microradian to the north is 6.36 m off, the meridian's radius there."""
+    truth = RecordedRun(place).table("truth")
+    navigator = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    navigator.bind((LOOPBACK, 0))
+    navigator.settimeout(20.0)
+
+    def navigate() -> None:
+        count = 0
+        while True:
+            data, sender = navigator.recvfrom(65536)
+            message = json.loads(data)
+            if message["type"] == "end":
+                break
+            if message["type"] == "imu":
+                count += 1
+                if count % 50 == 0:
+                    row = {column: float(values[count]) for column, values in truth.items()}
+                    row["latitude_rad"] += 1e-6
+                    navigator.sendto(json.dumps(row).encode(), sender)
+        navigator.sendto(b"garbage", sender)
+
+    thread = threading.Thread(target=navigate, daemon=True)
+    thread.start()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind((LOOPBACK, 0))
+        port = free.getsockname()[1]
+    to, listen = f"udp://{LOOPBACK}:{navigator.getsockname()[1]}", f"udp://{LOOPBACK}:{port}"
+    assert call("stream", str(place), "--to", to, "--as", "json", "--pace", "20", "--listen", listen, "--json") == 0
+    thread.join(20.0)
+    navigator.close()
+    answers = json.loads(capsys.readouterr().out)["answers"]
+    assert answers["rows"] == 12
+    assert answers["left_out"] == 1
+    assert answers["errors"]["rms_horizontal_error_m"] == pytest.approx(6.358, abs=0.005)
+    assert answers["errors"]["max_attitude_error_arcsec"] < 1e-6
+
+
+def test_binary_answers(of: Streamed) -> None:
+    """Solutions of the protocol count once, in the order of their times, whatever the order of the datagrams."""
+    truth = of.run.table("truth")
+
+    def message(row: int, stated: bool) -> bytes:
+        state = [float(values[row]) for values in truth.values()]
+        numbers = [*state, *(0.1 * k for k in range(1, 10)), *([0.0] * 7)] if stated else state
+        return struct.pack(f"<HHI{len(numbers)}d", 6, 0, 8 * len(numbers), *numbers)
+
+    header = b"SINSSIM\0" + struct.pack("<II", 1, 0)
+    answers = [header + message(0, True) + message(100, True), message(300, True), message(200, True),
+               message(200, True), b"\x06", message(5, True)[:-1], b"x" * 96]  # fmt: skip
+    columns, faults = columns_of_answers(answers)
+    assert columns["time_s"] == [0.0, 2.0, 4.0, 6.0]
+    assert columns["sigma_vd_mps"] == pytest.approx([0.6] * 4)
+    assert len(faults) == 3
+    result, _ = scored(Judge(of.run, of.content.start_gps_s), answers)
+    assert result.numbers["answers"]["max_horizontal_error_m"] == pytest.approx(0.0, abs=1e-6)
+    with pytest.raises(RunError, match="two solutions are needed"):
+        scored(Judge(of.run, of.content.start_gps_s), [message(5, False)])
+
+
+def test_ctrl_c_ends_it_and_tells_what_was_sent(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    timer = threading.Timer(1.0, signal.pthread_kill, (threading.main_thread().ident, signal.SIGINT))
+    timer.start()
+    begin = time.monotonic()
+    assert call("stream", str(place), "--to", f"udp://{LOOPBACK}:9", "--as", "json", "--pace", "0.5") == 130
+    assert time.monotonic() - begin < 10.0
+    said = capsys.readouterr()
+    assert "packets (1 begin, " in said.out
+    assert said.err.endswith("Interrupted. The rest was not sent.\n")
+
+
+def test_a_scenario_is_computed_first(capsys: pytest.CaptureFixture[str]) -> None:
+    settings = ("--set", "parked.duration_s=5", "--set", "imu.rate_hz=10", "--set", 'navigation.algorithms=["euler"]')
+    to = ("--to", f"udp://{LOOPBACK}:9", "--as", "json", "--pace", "max", "--json")
+    assert call("stream", "parked", *to, *settings) == 0
+    assert json.loads(capsys.readouterr().out)["by_kind"] == Counter(begin=1, imu=50, end=1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("one_component",), "one component"),
+        (("RUN", "--set", "seed=3"), "computed already"),
+        (("RUN", "--rate", "-1"), "--rate -1"),
+        (("RUN", "--listen", "tcp://127.0.0.1:5"), "is none of udp://HOST:PORT"),
+        (("RUN", "--start", "soon"), "'soon' is not a date"),
+    ],
+)
+def test_wrong_arguments(
+    arguments: tuple[str, ...], words: str, place: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = [str(place) if word == "RUN" else word for word in arguments]
+    assert call("stream", *given, "--to", f"udp://{LOOPBACK}:9", "--as", "json") == 2
+    assert words in capsys.readouterr().err
