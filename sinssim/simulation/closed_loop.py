@@ -12,7 +12,7 @@ section, no trial changes anything: that is the loop as it is, step by step.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 Rows = NDArray[np.intp]
 
 NEAR = 1e-3
-"""Distance between the paths of two passes below which the loop is closed, m."""
+"""Distance from the path of the closed loop below which a flight is taken for it, m."""
 _MOST, _GAIN = 12, 3.0
 """Passes after the first, and the factor by which one at least of two has to bring the path nearer."""
 _SECTIONS, _SHORTEST, _TRIALS = 16, 60.0, 40
@@ -81,7 +81,7 @@ def closed_loop(
         return lambda fraction: report(begin + (end - begin) * fraction)
 
     path = by_truth = true_motion(scenario, part_of(0), meanwhile, errors="none")
-    while not moved or moved[-1] > NEAR:
+    while not moved or to_go(moved) > NEAR:
         if len(moved) == _MOST or _settles_slowly(moved):
             path, moved = by_sections(scenario, by_truth, part_of(len(moved) + 1))
             report(1.0)
@@ -91,6 +91,17 @@ def closed_loop(
         moved.append(apart(before, path))
     report(1.0)
     return path, Guided(source, by_truth, tuple(moved))
+
+
+def to_go(moved: Sequence[float]) -> float:
+    """Return how far a path is from that of the closed loop, m: what the slower of the last two gains leaves of how far
+    the last pass has moved it.
+
+    Args:
+        moved: how far each pass has moved the path, m.
+    """
+    shares = [after / before for before, after in pairwise(moved[-3:])]
+    return moved[-1] * (min(max(shares), 1.0) if len(shares) == 2 else 1.0)
 
 
 def _settles_slowly(moved: list[float]) -> bool:

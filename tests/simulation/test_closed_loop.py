@@ -144,7 +144,7 @@ def test_the_loop_is_closed(drifted: sinssim.Run) -> None:
     scenario, path = drifted.scenario, drifted.truth.trajectory
     guided = drifted.truth.guided
     assert guided is not None
-    assert guided.moved[-1] < NEAR < guided.moved[0]
+    assert closing.to_go(guided.moved) < NEAR < guided.moved[0]
     from sinssim.scenario.true_motion import true_motion
 
     assert apart(true_motion(scenario, errors=solution_errors(scenario, path)), path) < NEAR
@@ -179,6 +179,14 @@ def test_later_than_a_section_the_loop_is_closed_step_by_step(seconds: float, mo
     assert len(moved) >= 45.0 / seconds
     assert set(moved) == {0.0}
     assert apart(path, by_passes) < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("moved", "left"), [([3.0], 3.0), ([3.0, 0.3], 0.3), ([100.0, 1.0, 0.1], 0.01), ([9.0, 100.0, 1.0, 3.0], 3.0)]
+)
+def test_what_is_left_follows_from_the_gains(moved: list[float], left: float) -> None:
+    """The slower of the last two gains; without two of them the last move."""
+    assert closing.to_go(moved) == pytest.approx(left)
 
 
 def test_what_does_not_settle_is_flown_in_sections(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -308,6 +316,7 @@ def test_a_whole_flight() -> None:
     assert len(guided.moved) == 1
     _, guided = closed_loop(load_scenario("first_flight", sources))
     assert len(guided.moved) <= 4
+    assert closing.to_go(guided.moved) < 1e-3
     for before, after in zip(guided.moved[:-1], guided.moved[1:], strict=True):
         assert after < before / 50.0
 

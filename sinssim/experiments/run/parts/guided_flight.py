@@ -21,6 +21,7 @@ from sinssim.experiments.run.run_result import DrawnPath, Part
 from sinssim.formatting import listed, number_text
 from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import thinned
+from sinssim.simulation.closed_loop import to_go
 from sinssim.simulation.navigation_stage import Navigated
 from sinssim.simulation.path_errors import (
     AXES,
@@ -223,7 +224,8 @@ def _closing(entry: GuidanceNumbers) -> str:
         )
     return (
         f"The plan was flown {len(moved) + 1} times, first by the true motion, then with the errors of the navigator "
-        f"on the flight before, which moved the path by {', '.join(f'{number_text(value)} m' for value in moved)}."
+        f"on the flight before, which moved the path by {', '.join(f'{number_text(value)} m' for value in moved)}. "
+        f"It is {number_text(to_go(moved))} m from that of the closed loop, or nearer."
     )
 
 
