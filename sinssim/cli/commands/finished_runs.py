@@ -18,6 +18,7 @@ from sinssim.cli.options import (
     command,
     scenario_names,
     start_option,
+    starts_programs,
 )
 from sinssim.cli.terminal import console, has_bars, print_json, remarks
 from sinssim.logs.formats.registry import WRITERS
@@ -336,6 +337,7 @@ LargestRate = Annotated[
 
 
 @command
+@starts_programs
 def stream(
     scenario: ScenarioOrRun,
     to: Receiver,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -23,10 +25,11 @@ from sinssim.cli.options import (
     starts_programs,
     with_grade,
 )
-from sinssim.cli.terminal import console, has_bars, notes_of, print_json, print_places, program_name
+from sinssim.cli.terminal import console, has_bars, notes_of, print_json, print_places, program_name, remarks
 
 if TYPE_CHECKING:
     from sinssim.analyses.inspection.inspected_files import Suggestion
+    from sinssim.recording.rerun.viewer import LiveViewer
     from sinssim.scenario import Scenario
 
 
@@ -45,6 +48,7 @@ View = Annotated[
         "--view", metavar="NAME", help="Open this view afterwards: a name from `sinssim list views`, or a file."
     ),
 ]
+Live = Annotated[bool, typer.Option("--live", help="Open the viewer at once, and fill it while the run is computed.")]
 Outages = Annotated[
     list[str] | None,
     typer.Option(
@@ -90,6 +94,7 @@ def run(
     overwrite: Annotated[bool, overwrite_option("an existing run")] = False,
     grade: GradeOption = None,
     view: View = None,
+    live: Live = False,
     outages: Outages = None,
     keep: Keep = None,
     recording: Detail = None,
@@ -130,33 +135,65 @@ def run(
                                  f"it would have no effect on the scenario {scenario[0]}")  # fmt: skip
     suggestion = _suggestion(scenario, out, overwrite, trial, has_bars(quiet)) if raw else None
     plan = _plan(scenario, suggestion, settings, outages)
-    _check_view(plan, view)
+    _check_view(plan, view, live=live)
     directory = out or Path("runs") / plan.name
     check_place(directory.resolve(), overwrite)
-    from sinssim.errors import InputError
     from sinssim.experiments.run.execute import run
 
+    with _noted(suggestion, scenario), _viewer(live) as viewer:
+        result = run(plan, directory, overwrite=overwrite, require=wanted, progress=has_bars(quiet), viewer=viewer)
+        if suggestion is not None:
+            _write_suggestion(suggestion, directory, [*settings, *_withheld(outages)])
+        if as_json:
+            print_json(result.summary)
+        elif not quiet:
+            _show(result, plan, directory, suggestion, scenario)
+        if viewer is not None:
+            _leave_open(viewer, directory, remarks(quiet))
+    if view is not None:
+        from sinssim.recording.rerun.viewer import open_viewer
+
+        open_viewer(directory, view=view)
+
+
+@contextmanager
+def _noted(suggestion: Suggestion | None, files: list[str]) -> Iterator[None]:
+    """Add to errors of a run what is left of it, and how a suggested scenario can be changed."""
+    from sinssim.errors import InputError
+
     try:
-        result = run(plan, directory, overwrite=overwrite, require=wanted, progress=has_bars(quiet))
+        yield
     except KeyboardInterrupt as interrupt:
         if not notes_of(interrupt):
             interrupt.add_note("Nothing had been recorded.")
         raise
     except InputError as error:
         if suggestion is not None:
-            files = " ".join(scenario)
-            error.add_note(f"`{program_name()} inspect {files} --out FILE` writes the scenario, which you can change.")
+            named = " ".join(files)
+            error.add_note(f"`{program_name()} inspect {named} --out FILE` writes the scenario, which you can change.")
         raise
-    if suggestion is not None:
-        _write_suggestion(suggestion, directory, [*settings, *_withheld(outages)])
-    if as_json:
-        print_json(result.summary)
-    elif not quiet:
-        _show(result, plan, directory, suggestion, scenario)
-    if view is not None:
-        from sinssim.recording.rerun.viewer import open_viewer
 
-        open_viewer(directory, view=view)
+
+@contextmanager
+def _viewer(live: bool) -> Iterator[LiveViewer | None]:
+    """Yield a viewer that is open, if it is wanted."""
+    if not live:
+        yield None
+        return
+    from sinssim.recording.rerun.viewer import LiveViewer
+
+    with LiveViewer() as viewer:
+        yield viewer
+
+
+def _leave_open(viewer: LiveViewer, directory: Path, tell: Callable[[str], None]) -> None:
+    """Leave the viewer open until its window is closed, or tell that it was closed early."""
+    again = f"{program_name()} view {directory}"
+    if viewer.is_lost:
+        tell(f"The viewer was closed, or took nothing any more, while the run was computed; {again} shows all of it.")
+        return
+    tell(f"The viewer ends with this program: close its window, or press Ctrl-C. {again} shows the run again.")
+    viewer.wait()
 
 
 def _suggestion(files: list[str], out: Path | None, overwrite: bool, trial: bool, bars: bool) -> Suggestion:
@@ -213,19 +250,23 @@ def _write_suggestion(suggestion: Suggestion, folder: Path, settings: list[str])
     write_text(_suggested(folder), with_settings(suggestion.text, settings))
 
 
-def _check_view(plan: Scenario, view: str | None) -> None:
+def _check_view(plan: Scenario, view: str | None, *, live: bool) -> None:
     """Raise for a view that does not exist, or of a run without a recording."""
     from sinssim.errors import InputError
     from sinssim.scenario import find_content
 
-    if view is None:
+    if view is not None and live:
+        raise typer.BadParameter("--live opens the viewer before the run and --view after it; give one of them")
+    if not (view is not None or live):
         return
     if not plan.recording.has_recording:
+        option = "--live" if live else "--view"
         raise InputError(
-            "--view shows the recording, but this run keeps none (--keep, --recording; in the scenario "
+            f"{option} shows the recording, but this run keeps none (--keep, --recording; in the scenario "
             'recording.keep, recording.detail): use keep = "all" and detail = "light" or "full".'
         )
-    find_content("viz", view)
+    if view is not None:
+        find_content("viz", view)
 
 
 def _show(result: Any, plan: Scenario, directory: Path, suggestion: Suggestion | None, files: list[str]) -> None:

@@ -65,6 +65,7 @@ if TYPE_CHECKING:
     from sinssim.exhibits import Exhibits, Item
     from sinssim.experiments.run.run_report import FirstSections
     from sinssim.experiments.run.summary_types import RunSummary, StageEntries
+    from sinssim.recording.rerun.rrd import Watching
     from sinssim.scenario import Scenario
     from sinssim.truth.flight.guidance import Guided
     from sinssim.truth.sampling import FlightEvent
@@ -78,6 +79,7 @@ def run(
     overwrite: bool = False,
     require: str | Requirement | Iterable[str | Requirement] = (),
     progress: Progress | bool | None = None,
+    viewer: Watching | None = None,
 ) -> Run | PlaneRun:
     """Run a scenario: fly, sense, navigate by each algorithm, compare with the truth, and record.
 
@@ -96,6 +98,7 @@ def run(
         require: requirements on the errors of this run, such as "tse(run) <= 4 nmi"; their verdicts are in the summary.
         progress: called with one of `STAGES` and the fraction done, 0…1; "filter: " and what is tried while
             `filter.diagnose` searches. True shows a bar for each stage.
+        viewer: shows the recording of a directory while it is written, see `sinssim.recording.rerun.viewer.LiveViewer`.
 
     Returns:
         The finished run; that of a one-component scenario is a `PlaneRun`.
@@ -117,20 +120,25 @@ def run(
         )
     check_path(scenario, wanted)
     with shown(progress, STAGES) as report, ended_with_errors():
-        return _run(scenario, directory, overwrite, Stages(report), wanted)
+        return _run(scenario, directory, overwrite, Stages(report), wanted, viewer)
 
 
 def _run(
-    scenario: Scenario, directory: Path | str | None, overwrite: bool, clock: Stages, require: Sequence[Requirement]
+    scenario: Scenario,
+    directory: Path | str | None,
+    overwrite: bool,
+    clock: Stages,
+    require: Sequence[Requirement],
+    viewer: Watching | None,
 ) -> Run | PlaneRun:
     """Compute a run by what its scenario describes; leave what a failed one had."""
     folder = None if directory is None else RunDirectory(Path(directory), overwrite=overwrite)
-    execution = Execution(scenario, folder, clock, require)
+    execution = Execution(scenario, folder, clock, require, viewer)
     try:
         if scenario.one_component is not None:
             from sinssim.experiments.run.one_component_recording import compute_one_component
 
-            return compute_one_component(scenario, folder, clock, PlaneMedia())
+            return compute_one_component(scenario, folder, clock, PlaneMedia(), viewer)
         return execution.run()
     except BaseException as error:
         if folder is not None:
@@ -146,10 +154,15 @@ class Execution:
     """
 
     def __init__(
-        self, scenario: Scenario, folder: RunDirectory | None, clock: Stages, require: Sequence[Requirement] = ()
+        self,
+        scenario: Scenario,
+        folder: RunDirectory | None,
+        clock: Stages,
+        require: Sequence[Requirement] = (),
+        viewer: Watching | None = None,
     ) -> None:
-        """Begin a run that is judged by some requirements; nothing is written without a folder."""
-        self.reached, self._require = Reached(scenario), require
+        """Begin a run that is judged by some requirements; nothing is written or shown without a folder."""
+        self.reached, self._require, self._viewer = Reached(scenario), require, viewer
         self._folder, self._clock = folder, clock
         self._streams = folder is not None and scenario.recording.has_streams
         self._report = folder is not None and scenario.recording.has_report
@@ -368,7 +381,7 @@ class Execution:
         """Begin to write streams and recording, with the motion that they show."""
         assert self._folder is not None  # streams are written to it
         self._stack.enter_context(self._folder.writing())
-        self._writer = RunWriter(self._folder.path, self._scenario, time, motion, events, ellipsoid)
+        self._writer = RunWriter(self._folder.path, self._scenario, time, motion, events, ellipsoid, self._viewer)
         return self._stack.enter_context(self._writer)
 
     def _finish_writing(self) -> None:

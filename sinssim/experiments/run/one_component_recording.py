@@ -33,7 +33,7 @@ from sinssim.units import DEG
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.summary_types import RunSummary
-    from sinssim.recording.rerun.rrd import Recording
+    from sinssim.recording.rerun.rrd import Recording, Watching
     from sinssim.scenario import Scenario
     from sinssim.simulation.one_component_run import OneComponentResult
 
@@ -42,9 +42,13 @@ _LARGEST = 35.0 * DEG  # largest angle at which it is drawn
 
 
 def compute_one_component(
-    scenario: Scenario, folder: RunDirectory | None, stages: Stages, media: Media[PlaneRun]
+    scenario: Scenario,
+    folder: RunDirectory | None,
+    stages: Stages,
+    media: Media[PlaneRun],
+    viewer: Watching | None = None,
 ) -> PlaneRun:
-    """Compute a one-component run; write it to a run directory, if there is a `folder`."""
+    """Compute a one-component run; write it to a run directory, if there is a `folder`, and show it in a viewer."""
     assert scenario.one_component is not None  # the caller asks for such a run only
     check_times(scenario)
     with stages("navigate"):
@@ -62,7 +66,7 @@ def compute_one_component(
             for stream in streams:
                 write_stream(stream, folder.path / "streams")
             if choice.has_recording:
-                record(folder.path / "recording.rrd", scenario, result, streams)
+                record(folder.path / "recording.rrd", scenario, result, streams, viewer)
     start, end = float(result.truth.time[0]), float(result.truth.time[-1])
     entries = {**about(scenario, stages, "finished"), "start_s": start, "end_s": end, "one_component": plane}
     summary = cast("RunSummary", entries)
@@ -75,7 +79,13 @@ def compute_one_component(
     return PlaneRun(scenario, result, entries, directory, media=media)
 
 
-def record(path: Path, scenario: Scenario, result: OneComponentResult, streams: Iterable[Stream]) -> None:
+def record(
+    path: Path,
+    scenario: Scenario,
+    result: OneComponentResult,
+    streams: Iterable[Stream],
+    viewer: Watching | None = None,
+) -> None:
     """Write the recording."""
     from sinssim.recording.rerun.exhibit_recording import markdown_of, record_charts
     from sinssim.recording.rerun.rrd import Recording
@@ -85,7 +95,7 @@ def record(path: Path, scenario: Scenario, result: OneComponentResult, streams: 
     time, variant = result.truth.time, result.section.variant
     span = (float(time[0]), float(time[-1]))
     run = RunInfo(scenario.name, *span, (variant,), labels={"kind": "one-component"}, views=scenario.views)
-    with Recording(path, run.application, all_views(run)) as recording:
+    with Recording(path, run.application, all_views(run), viewer) as recording:
         labels = {**run.labels, **_draw_pendulum(recording, result)}
         for charts in plane_charts(result):
             labels |= record_charts(recording, charts, "one_component/")

@@ -37,7 +37,7 @@ LATE_S = 1e-3
 _SPIN_S = 3e-4
 """Time before a deadline that is spent awake, s: a sleep may end so much later than was asked for."""
 _QUIET_S = 1.0
-"""Time without an answer after which no more are expected, s."""
+"""Time without an answer after which no more are expected, and that the reader of a terminal has for the rest, s."""
 _DATAGRAM = 1 << 16
 _BUFFER = 1 << 22
 _PTY = "pty:"
@@ -186,7 +186,12 @@ def _datagrams(link: socket.socket, address: Any) -> Callable[[bytes], bool]:
 
 @contextmanager
 def _terminal(opened: Callable[[str], None]) -> Iterator[Callable[[bytes], bool]]:
-    """Yield the sender of a new pseudo-terminal, which refuses what its reader leaves waiting."""
+    """Yield the sender of a new pseudo-terminal, which refuses what its reader leaves waiting.
+
+    At the end its reader has a second for the rest: what is unread when the terminal closes is lost.
+    """
+    import fcntl
+    import termios
     import tty
 
     leader, device = os.openpty()
@@ -201,6 +206,10 @@ def _terminal(opened: Callable[[str], None]) -> Iterator[Callable[[bytes], bool]
             return False
 
         yield send
+        deadline, unread = time.monotonic() + _QUIET_S, array("i", [1])
+        while unread[0] and time.monotonic() < deadline:
+            time.sleep(0.02)
+            fcntl.ioctl(device, termios.FIONREAD, unread)
     finally:
         os.close(leader)
         os.close(device)

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from sinssim.experiments.run.summary_types import RunFacts, RunSummary
     from sinssim.logs.reference_solution import Reference
     from sinssim.logs.stored_run import ErrorRule
-    from sinssim.recording.rerun.rrd import Recording
+    from sinssim.recording.rerun.rrd import Recording, Watching
     from sinssim.scenario import Scenario
     from sinssim.simulation.navigation_stage import Navigated
     from sinssim.simulation.truth_and_sensors import Sensed
@@ -114,8 +114,10 @@ class RunWriter:
         motion: NavState,
         events: Sequence[FlightEvent],
         ellipsoid: Ellipsoid,
+        viewer: Watching | None = None,
     ) -> None:
-        """Open the recording, and start with the motion that it shows at (N+1,) s, which may be that of a solution."""
+        """Open the recording, and start with the motion that it shows at (N+1,) s, which may be that of a solution; a
+        viewer shows it at once."""
         self._streams = folder / "streams"
         self._streams.mkdir()
         self._events, self._planned, self._time = list(events), tuple(events), time
@@ -141,7 +143,7 @@ class RunWriter:
         self._to_parquet = ThreadPoolExecutor(1, "parquet")
         self._tasks: list[Future[None]] = []
         if self._kept.has_recording:
-            self._opened = self._to_rerun.submit(_open, folder / "recording.rrd", self._run)
+            self._opened = self._to_rerun.submit(_open, folder / "recording.rrd", self._run, viewer)
         try:
             toml = f"```toml\n{scenario.to_toml()}\n```"
             self._draw(lambda: self._recording.document("about/scenario", toml))
@@ -354,8 +356,8 @@ class RunWriter:
             self._recording.document(RUN_ENTITY, self._run.to_json())
 
 
-def _open(file: Path, about: RunInfo) -> Recording:
+def _open(file: Path, about: RunInfo, viewer: Watching | None) -> Recording:
     """Open a recording; a task of its thread, because Rerun takes a third of a second to load."""
     from sinssim.recording.rerun.rrd import Recording
 
-    return Recording(file, about.application, all_views(about))
+    return Recording(file, about.application, all_views(about), viewer)

@@ -12,7 +12,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
 import pyarrow as pa
@@ -215,24 +215,43 @@ class _File:
         self.check()
 
 
+class Watching(Protocol):
+    """A viewer that shows a recording while it is written."""
+
+    address: str  # of its server
+
+    def lost(self) -> None:
+        """End it, because it was closed or takes nothing any more."""
+
+
+_MOST_SECONDS = 60.0
+"""Longest time for a viewer to take what waits for it, s."""
+
+
 class Recording:
     """A recording being written; as a context manager it is closed and valid however the block ends."""
 
-    def __init__(self, path: Path, application: str, blueprint: Any = None) -> None:
+    def __init__(self, path: Path, application: str, blueprint: Any = None, viewer: Watching | None = None) -> None:
         """Open the file.
 
         Args:
             path: the file, by convention `recording.rrd`.
             application: application identifier; the viewer keeps one layout for each.
             blueprint: a `rerun.blueprint.Blueprint`, the layout that the viewer opens with.
+            viewer: shows what is written at once; the file is complete without it.
         """
+        self._viewer = viewer
         self.ranges: dict[str, tuple[float, float]] = {}
         """Smallest and largest value of every entity recorded by `series`, for the axes of plots."""
         self._waiting = 0  # bytes sent since the last flush
         self._stream = rr.RecordingStream(application)
         self._file = _File(path)
         try:
-            self._stream.save(self._file.entry, blueprint)
+            if viewer is None:
+                self._stream.save(self._file.entry, blueprint)
+            else:
+                sinks = rr.FileSink(self._file.entry), rr.GrpcSink(viewer.address)
+                self._stream.set_sinks(*sinks, default_blueprint=blueprint)
         finally:
             self._file.opened()
 
@@ -254,9 +273,11 @@ class Recording:
 
     def _flush(self) -> None:
         try:
-            self._stream.flush()
+            self._stream.flush(timeout_sec=1e38 if self._viewer is None else _MOST_SECONDS)
         except RuntimeError as error:
-            raise OSError(errno.EIO, f"Rerun could not write the recording ({error})") from error
+            if self._viewer is None:
+                raise OSError(errno.EIO, f"Rerun could not write the recording ({error})") from error
+            self._viewer.lost()  # the file has its own writer, which tells its errors itself
         self._waiting = 0
         self._file.check()
 
@@ -266,7 +287,7 @@ class Recording:
         Args:
             blueprint: a `rerun.blueprint.Blueprint`.
         """
-        self._stream.send_blueprint(blueprint, make_active=False, make_default=True)
+        self._stream.send_blueprint(blueprint, make_active=self._viewer is not None, make_default=True)
 
     def stream(self, stream: Stream, *, thin: bool = False, events: Sequence[float] = ()) -> None:
         """Record a stream; the series are named after the Parquet columns.

@@ -159,6 +159,8 @@ _TIMELINE = "sim_time"
 _TILES = re.compile(r"walkers|tile\.|XDG_RUNTIME_DIR")
 """Lines of the viewer's output about maps without internet and the session, which explain no failure."""
 _START_SECONDS = 60.0
+_SETTLED_SECONDS = 1.0
+"""Time after which a viewer that runs has found a screen, s."""
 _PICTURE_SECONDS = (30.0, 90.0, 180.0)
 """Longest time for a picture, s: a viewer that has stopped answering is replaced, and the next one has longer, for a
 machine that is busy with other work. It takes 3 s on an idle one."""
@@ -222,6 +224,47 @@ def open_viewer(path: Path, view: str | None = None) -> None:
     with _files(path, view) as files, _Viewer(["--port", "auto", "--bind", "127.0.0.1", *files]) as viewer:
         if viewer.process.wait():
             raise viewer.failure()
+
+
+class LiveViewer:
+    """Rerun's own viewer, which shows a run while it is computed; a context manager that closes it.
+
+    Attributes:
+        address: of its server, on this machine.
+        is_lost: whether it was closed, or had stopped answering, before the run was complete.
+    """
+
+    def __init__(self, arguments: Sequence[str] = ()) -> None:
+        """Prepare it, with further arguments of its program."""
+        (self._port,) = _free_ports(1)
+        self._viewer = _Viewer(["--bind", "127.0.0.1", "--port", str(self._port), *arguments])
+        self.address, self.is_lost = f"rerun+http://127.0.0.1:{self._port}/proxy", False
+
+    def __enter__(self) -> Self:
+        """Open its window; raise RunError if there is none after a second."""
+        self._viewer.__enter__()
+        try:
+            self._viewer.wait_for_port(self._port)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self._viewer.process.wait(_SETTLED_SECONDS)  # it listens before it looks for a screen
+                raise self._viewer.failure()
+        except BaseException:
+            self._viewer.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._viewer.__exit__()
+
+    def lost(self) -> None:
+        """End it."""
+        self.is_lost = True
+        self._viewer.process.kill()
+
+    def wait(self) -> None:
+        """Wait until its window is closed, or for Ctrl-C."""
+        with contextlib.suppress(KeyboardInterrupt):
+            self._viewer.process.wait()
 
 
 def serve(path: Path, view: str | None = None, *, ready: Callable[[str], None] | None = None) -> None:

@@ -31,7 +31,7 @@ def test_run(sinssim: Sinssim, put: Put) -> None:
     assert sinssim("run", "parked") == report("runs/parked") + view("runs/parked")
     plan, place = ran.args
     assert (plan.name, place) == ("parked", Path("runs/parked"))
-    assert ran.options == {"overwrite": False, "require": (), "progress": False}
+    assert ran.options == {"overwrite": False, "require": (), "progress": False, "viewer": None}
     assert (brief.args[0].summary, brief.args[1], shown.args[0]) == (SUMMARY, SUMMARY, "brief")
     assert shown.args[1].width >= 120
     assert sinssim("run", "parked", "-o", "a/b", "--keep", "summary") == "Summary: a/b/summary.json\n"

@@ -80,7 +80,7 @@ def chart_of(name: str, opened: Opened) -> Any:
 def opened(monkeypatch: pytest.MonkeyPatch) -> Opened:
     found = Opened()
     monkeypatch.setattr(
-        run_files, "_open", lambda file, about: found.calls.append((file.name, about.application)) or found
+        run_files, "_open", lambda file, about, viewer: found.calls.append((file.name, about.application)) or found
     )
     monkeypatch.setattr(run_files, "all_views", lambda run: dict(run.labels))
     monkeypatch.setattr(run_files, "kind_of", lambda scenario: "land")

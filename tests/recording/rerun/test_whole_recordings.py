@@ -31,7 +31,7 @@ class Kept:
         self.views: list[Any] = []
         self.ranges = {"an entity": (1.5, 2.5)}
 
-    def __call__(self, path: Path, application: str, views: Any = None) -> Any:
+    def __call__(self, path: Path, application: str, views: Any = None, viewer: Any = None) -> Any:
         self.opened = [path.name, application, views]
         return self
 
