@@ -331,8 +331,8 @@ def bias_takes_over(
 
     rows = np.arange(len(Angles._fields)).reshape(-1, *(1,) * places[0].ndim)
     ends = np.log(_SHORTEST), np.log(_LONGEST)
-    found = find_root(ratio, ends, args=(rows, *places))
-    return Angles(*np.where(found.success, np.exp(found.x), np.where(found.f_bracket[1] > 0.0, np.inf, 0.0)))
+    root = find_root(ratio, ends, args=(rows, *places))
+    return Angles(*np.where(root.success, np.exp(root.x), np.where(root.f_bracket[1] > 0.0, np.inf, 0.0)))
 
 
 class BestHeadings(NamedTuple):

@@ -58,7 +58,7 @@ COLORS: dict[str, Rgb] = {
     "measured": (213, 94, 0),
     # a flight by its navigator: the three paths, the corridor, the three errors
     "planned": (120, 100, 200),
-    "corridor": (204, 121, 167),
+    "corridor": (213, 94, 0),
     "tse": (0, 158, 115),
     "nse": (86, 180, 233),
     "fte": (120, 100, 200),

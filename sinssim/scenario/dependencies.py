@@ -249,6 +249,9 @@ DEPENDENCIES: Rules = (
      and ("backward" if s.filter.backward else "vibration_noise" if s.filter.vibration_noise else ""),
      "filter.{it} is not possible with a redundant set, whose combination and noise change at each exclusion of a "
      'sensor: remove it, or imu.sensor_set.type = "redundant"'),
+    (lambda s: s.filter and s.filter.monitor_s and not (s.log.gnss if s.log else s.aiding and s.aiding.sensor(Gnss)),
+     "filter.monitor_s = {s.filter.monitor_s:g} watches the innovations of GNSS, which this scenario does not have: "
+     "add [aiding.gnss] (of a log, [log.gnss]), or remove it"),
     # navigators of others
     (_unknown_input, "navigator.{it}"),
     (lambda s: s.navigator and s.imu.rotation,

@@ -245,17 +245,17 @@ def navigated(navigator: NavigatorSection, feed: Feed) -> ForeignSolution:
             )
             return replace(solution, messages=process.messages)
         except RunError as error:
-            said = process.messages.strip()
-            last = f" Its standard error ends with: {shortened(said.splitlines()[-1], 200)}" if said else ""
+            messages = process.messages.strip()
+            last = f" Its standard error ends with: {shortened(messages.splitlines()[-1], 200)}" if messages else ""
             failure = ForeignError(f"{error}{last}", time=error.time)
-            failure.messages = said
+            failure.messages = messages
             raise failure from error
 
 
 def messages_of(solutions: Mapping[str, NavSolution], failures: Mapping[str, RunError]) -> dict[str, str]:
     """Return the end of the standard error of the navigators of others that have written to it, by name."""
-    said = {name: getattr(of, "messages", "") for name, of in {**solutions, **failures}.items()}
-    return {name: text for name, text in said.items() if text}
+    messages = {name: getattr(of, "messages", "") for name, of in {**solutions, **failures}.items()}
+    return {name: text for name, text in messages.items() if text}
 
 
 _RUNNING: set[_Process] = set()
@@ -308,7 +308,7 @@ class _Process:
             raise RunError(f"it cannot be started: {shortened(command[0])!r}: {why}.") from error
         process = self._process
         self._in, self._out, self._err = map(_pipe, (process.stdin, process.stdout, process.stderr))
-        self._fault, self._said, self._alive, self._over = "", b"", time.monotonic(), threading.Event()
+        self._fault, self._stderr, self._alive, self._over = "", b"", time.monotonic(), threading.Event()
         self._sent = 0.0
         self._threads = [threading.Thread(target=work, daemon=True) for work in (self._hear, self._watch)]
         _RUNNING.add(self)
@@ -333,7 +333,7 @@ class _Process:
     @property
     def messages(self) -> str:
         """The end of its standard error."""
-        return self._said.decode("utf-8", "replace")
+        return self._stderr.decode("utf-8", "replace")
 
     def end(self, fault: str) -> None:
         """End it with its children; a fault that is known before stays."""
@@ -345,8 +345,8 @@ class _Process:
     def _hear(self) -> None:
         """Keep the end of its standard error."""
         with suppress(OSError):
-            while said := os.read(self._err, 1 << 16):
-                self._said = (self._said + said)[-_KEPT_BYTES:]
+            while more := os.read(self._err, 1 << 16):
+                self._stderr = (self._stderr + more)[-_KEPT_BYTES:]
 
     def _watch(self) -> None:
         """End it if it neither reads nor answers for too long."""

@@ -139,6 +139,15 @@ def test_mistake(tmp_path: Path, old: str, new: str, below: int, said: str) -> N
     assert "\n" not in message
 
 
+def test_a_monitor_has_fixes_to_watch() -> None:
+    with pytest.raises(
+        InputError, match=r"filter\.monitor_s = 300 watches the innovations of GNSS, which this scenario"
+    ):
+        load_scenario("gyrocompassing", ["filter.monitor_s=300"])
+    for name in ("spoofed", "drive"):  # simulated and recorded fixes
+        assert load_scenario(name, ["filter.monitor_s=300"]).filter.monitor_s == 300.0
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [

@@ -152,8 +152,9 @@ def gauss_markov_term(correlation_time: float) -> NoiseTerm:
 
     def covariance(lag: Array, interval: float) -> Array:
         x = np.abs(lag) / tau_b
-        # −τ_b²(e⁻ˣ + x) without its constant; its second derivative is −exp(−|lag|/τ_b)
-        return np.asarray(-(tau_b**2) * np.where(x < 1e-3, 0.5 * x**2 - x**3 / 6.0, np.expm1(-x) + x))
+        # −τ_b²(e⁻ˣ + x) without its constant; its second derivative is −exp(−|lag|/τ_b). Second differences remove x²
+        series = x**2 * (1.0 / 2.0 - x * (1.0 / 6.0 - x * (1.0 / 24.0 - x / 120.0)))
+        return np.asarray(-(tau_b**2) * np.where(x < 1e-3, series, np.expm1(-x) + x))
 
     return NoiseTerm("sigma_b", "Gauss-Markov bias", allan_variance, power, covariance)
 

@@ -169,7 +169,7 @@ def _check_times(study: TradeStudy, scenario: Scenario, flown: dict[str, float])
     if scenario.flight is not None and study.instants[-1] > lasts:  # of a flight this is an estimate
         key = flight_key(scenario.flight, scenario.seed)
         if key not in flown:
-            motion = true_motion(scenario)
+            motion = true_motion(scenario, errors="none")  # which of a flight by its navigator is an estimate, too
             flown[key] = motion.end - motion.start
         lasts = flown[key]
     for requirement in study.requirements:

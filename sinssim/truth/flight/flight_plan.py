@@ -345,13 +345,13 @@ class FlightPlan(Motion):
             begins: where the legs begin, of the aircraft's centre of gravity.
         """
         plan, tracks = self.at_start(), []
-        held = frozenset() if self.start.on == "runway" else frozenset({"height", "heading"})
+        ordered = frozenset() if self.start.on == "runway" else frozenset({"height", "heading"})
         for leg, begin in zip(self.legs, begins, strict=False):
             plan.elapsed, plan.latitude, plan.longitude = begin.time, begin.latitude, begin.longitude
-            plan.altitude = plan.altitude if "height" in held else begin.height
-            plan.heading = plan.heading if "heading" in held else begin.heading
+            plan.altitude = plan.altitude if "height" in ordered else begin.height
+            plan.heading = plan.heading if "heading" in ordered else begin.heading
             tracks.append(leg.planned(plan))
-            held = frozenset() if leg.ends == "runway" else leg.holds
+            ordered = frozenset() if leg.ends == "runway" else leg.holds
         return tracks
 
     def rnp_of(self, number: int) -> float | None:

@@ -15,6 +15,7 @@ from sinssim.experiments.studies.trade_cells import cells_of, command_of, digest
 from sinssim.experiments.studies.trade_schema import Axis, TradeStudy
 from sinssim.scenario.load import load_scenario
 from tests.experiments.studies.trade_examples import AIDED, BIAS, GRADE, study
+from tests.simulation.test_closed_loop import plan
 
 
 def test_a_cell_is_its_command(tmp_path: Path) -> None:
@@ -51,6 +52,14 @@ def test_digests(tmp_path: Path) -> None:
     assert cells_of(few)[0].digest == cells_of(many)[0].digest != digest
     required = study(tmp_path, cell="ensemble", runs=10, require=("r95(end) <= 1 m",))
     assert digest_of(required, first.scenario) == digest_of(few, first.scenario)
+
+
+def test_the_times_of_a_flight_by_its_navigator_are_those_of_the_flight_by_the_truth() -> None:
+    """Beyond the estimate of the plan the flight is flown, by the truth: every run has a duration of its own."""
+    scenario, lasts = plan(), dict[str, float]()
+    with pytest.raises(InputError, match=r"t = 60 s lies outside the run, which lasts 54\.9 s"):
+        trade_cells._check_times(SimpleNamespace(instants=(60.0,), requirements=()), scenario, lasts)  # type: ignore[arg-type]
+    assert list(lasts.values()) == pytest.approx([54.9], abs=0.5)
 
 
 def test_a_changed_track_is_another_cell(tmp_path: Path) -> None:

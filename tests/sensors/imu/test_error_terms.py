@@ -275,7 +275,7 @@ def test_means_of_a_gauss_markov_process_have_its_covariances(x: float) -> None:
     assert e**2 + g**2 == pytest.approx(float(variance), rel=1e-13)
     assert e * (d * e + q * g) == pytest.approx(float(covariance), rel=1e-12)
     # d alone would let the variance of a difference go wrong by far more: V − C is what the Allan deviation sees
-    assert e**2 + g**2 - e * (d * e + q * g) == pytest.approx(float(variance - covariance), rel=1e-9)
+    assert e**2 + g**2 - e * (d * e + q * g) == pytest.approx(float(variance - covariance), rel=1e-9, abs=0.0)
 
 
 @pytest.mark.parametrize("ratio", [0.05, *slow(1.0), 20.0])

@@ -256,8 +256,8 @@ class PathNumbers(TypedDict):
 
 
 _COLUMNS = (("TSE", "across", "95"), ("TSE", "across", "max"), ("TSE", "vertical", "max"),
-                 ("NSE", "across", "95"), ("NSE", "along", "95"), ("NSE", "vertical", "95"),
-                 ("FTE", "across", "95"), ("FTE", "vertical", "95"))  # fmt: skip
+            ("NSE", "across", "95"), ("NSE", "along", "95"), ("NSE", "vertical", "95"),
+            ("FTE", "across", "95"), ("FTE", "vertical", "95"))  # fmt: skip
 _HEADS = {"95": " 95 %", "max": " largest"}
 _PATH_NOTE = (
     "TSE: total system error, truth minus planned path. NSE: navigation system error, solution minus truth. FTE: "
