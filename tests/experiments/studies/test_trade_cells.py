@@ -155,7 +155,8 @@ def test_the_duration_of_a_flight_is_that_of_the_flight_and_not_its_estimate(mon
     """Flown once for all cells, and only for times beyond the estimate of 5064 s."""
     flown = []
 
-    def motion(scenario: Any) -> Any:
+    def motion(scenario: Any, *, errors: str) -> Any:
+        assert errors == "none"
         flown.append(scenario)
         return SimpleNamespace(start=2.0, end=5101.0)
 
