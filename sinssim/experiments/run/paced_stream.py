@@ -264,8 +264,8 @@ class Tally:
             return text
         return (
             f"{text} 99 % were at most {numbers['lateness_99_percent_ms']:.2g} ms late, the latest "
-            f"{numbers['lateness_max_ms']:.3g} ms; {self.lost} deadlines were lost: by more than 1 ms, or by the time "
-            "until the next packet."
+            f"{numbers['lateness_max_ms']:.3g} ms. Deadlines lost, by more than 1 ms or the time until the next "
+            f"packet: {self.lost}."
         )
 
 
