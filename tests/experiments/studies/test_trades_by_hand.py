@@ -231,7 +231,8 @@ def test_times_within_a_flight(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     """Estimated at 100 s, flown once from 10 s to 150 s: it lasts 140 s; shorter times need no flight."""
     flown: list[str] = []
 
-    def fly(scenario: SimpleNamespace) -> SimpleNamespace:
+    def fly(scenario: SimpleNamespace, *, errors: str) -> SimpleNamespace:
+        assert errors == "none"
         flown.append(scenario.name)
         return SimpleNamespace(start=10.0, end=150.0)
 
