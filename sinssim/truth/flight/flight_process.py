@@ -229,6 +229,7 @@ def _bytes(count: int) -> bytes:
     while len(content) < count:
         more = os.read(0, count - len(content))
         if not more:
+            _let_clean_up()  # a signal follows
             raise EOFError
         content += more
     return bytes(content)
@@ -239,7 +240,7 @@ def _served() -> Iterator[Callable[[str, Any], None]]:
     """Give the function that answers, report what is raised, and end this process."""
 
     def stop(number: int, frame: Any) -> None:
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)  # a second signal would interrupt the clean-up
+        _let_clean_up()  # a second signal may follow
         sys.exit(1)
 
     signal.signal(signal.SIGTERM, stop)
@@ -252,7 +253,7 @@ def _served() -> Iterator[Callable[[str, Any], None]]:
             while left:
                 left = left[pipe.write(left) :]
         except BrokenPipeError:
-            signal.signal(signal.SIGTERM, signal.SIG_IGN)
+            _let_clean_up()
             raise
 
     try:
@@ -263,6 +264,11 @@ def _served() -> Iterator[Callable[[str, Any], None]]:
         with contextlib.suppress(BrokenPipeError):
             answer("error", (error, traceback.format_exc()))
     os._exit(0)  # clean-up is done; Python's own exit could still complain about closed pipes
+
+
+def _let_clean_up() -> None:
+    """Let no request to end interrupt the clean-up; Python complains if one that it has noted is to be ignored."""
+    signal.signal(signal.SIGTERM, lambda number, frame: None)
 
 
 def _end_with_the_other() -> None:
