@@ -25,10 +25,12 @@ from sinssim.errors import RunError
 from sinssim.rotation import conjugate, euler_from_quaternion, multiply, rotate
 from sinssim.scenario import filter_model
 from sinssim.scenario.true_motion import mounting, true_motion
+from sinssim.sensors.aiding.air_data import Airspeed, Barometer
+from sinssim.sensors.aiding_sensor import Vehicle
 from sinssim.simulation.navigation_stage import aid, by_one, navigate
 from sinssim.simulation.truth_and_sensors import Sensed, sense, truth_along
 from sinssim.truth.flight.flight_process import SectionedFlight
-from sinssim.truth.flight.guidance import TRUTH, Guided, SolutionErrors, finite_rows
+from sinssim.truth.flight.guidance import TRUTH, AirData, Guided, SolutionErrors, finite_rows
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -128,17 +130,17 @@ def by_sections(
     """
     assert scenario.flight is not None
     guidance, duration = scenario.flight.guidance, by_truth.end - by_truth.start
-    believed = solution_errors(scenario, by_truth).values
+    believed = solution_errors(scenario, by_truth)
     length, moved, over = max(duration / _SECTIONS, _SHORTEST), list[float](), False
     begin, until = 0.0, length + _alignment(scenario)
-    with SectionedFlight(scenario.flight, scenario.seed, SolutionErrors(guidance, believed)) as flying:
+    with SectionedFlight(scenario.flight, scenario.seed, believed) as flying:
         while not over:
-            log, over = flying.fly(until, SolutionErrors(guidance, believed))
+            log, over = flying.fly(until, believed)
             for _ in range(_TRIALS):
-                errors = solution_errors(scenario, true_motion(scenario, errors=log)).values
-                believed = _continued(believed, errors, round(begin * guidance.rate_hz))
+                errors = solution_errors(scenario, true_motion(scenario, errors=log))
+                believed = _continued(believed, errors, begin)
                 flying.keep(kept=False)
-                before, (log, over) = log, flying.fly(until, SolutionErrors(guidance, believed))
+                before, (log, over) = log, flying.fly(until, believed)
                 distance = _between(before, log)
                 if distance < NEAR:
                     break
@@ -151,7 +153,7 @@ def by_sections(
             moved.append(distance)
             begin, until = until, until + length
             progress(min(begin / duration, 1.0))
-    return true_motion(scenario, errors=SolutionErrors(guidance, believed)), moved
+    return true_motion(scenario, errors=believed), moved
 
 
 def _alignment(scenario: Scenario) -> float:
@@ -160,14 +162,27 @@ def _alignment(scenario: Scenario) -> float:
     return (0.0 if alignment is None else alignment.duration_s) + (0.0 if aided is None else aided.alignment_s or 0.0)
 
 
-def _continued(believed: Array, errors: Array, begin: int) -> Array:
-    """Return errors that a flight has been flown with until row `begin`, with what is known of those after it.
+def _continued(believed: SolutionErrors, errors: SolutionErrors, begin: float) -> SolutionErrors:
+    """Return errors that a flight has been flown with until an instant, s, with what is known of those after it.
 
     Those after the end of what is known begin with its errors of position, velocity and attitude.
     """
-    later = believed[len(errors) :].copy()
-    later[:, :9] += errors[-1, :9] - believed[min(len(errors), len(believed)) - 1, :9]
-    return np.concatenate([believed[:begin], errors[begin:], later])
+    rate, rows, fresh = errors.guidance.rate_hz, believed.values, errors.values
+    later = rows[len(fresh) :].copy()
+    later[:, :9] += fresh[-1, :9] - rows[min(len(fresh), len(rows)) - 1, :9]
+    first, end = round(begin * rate), len(fresh) / rate
+
+    def readings(before: AirData | None, now: AirData | None) -> AirData | None:
+        if before is None or now is None:
+            return None
+        flown, known, after = before.time < begin, now.time >= begin, before.time >= end
+        columns = zip(before, now, strict=True)
+        return AirData(*(np.concatenate([old[flown], new[known], old[after]]) for old, new in columns))
+
+    return SolutionErrors(
+        errors.guidance, np.concatenate([rows[:first], fresh[first:], later]),
+        readings(believed.airspeed, errors.airspeed), readings(believed.height, errors.height),
+    )  # fmt: skip
 
 
 def _between(log: FlightLog, other: FlightLog) -> float:
@@ -193,7 +208,34 @@ def solution_errors(scenario: Scenario, path: Trajectory) -> SolutionErrors:
     values = np.zeros((len(time), 12))
     values[begun, :9] = _state_errors(scenario, path, solution, rows[begun])
     values[begun, 9:] = _rate_errors(scenario, sensed, path.start + time)[begun]
-    return SolutionErrors(guidance, finite_rows(values))
+    return SolutionErrors(guidance, finite_rows(values), **_readings(scenario, path))
+
+
+def air_sensors(scenario: Scenario) -> dict[str, Airspeed | Barometer]:
+    """Return the air-data sensors that the autopilot of a flight by its navigator sees, by "airspeed" and "height"."""
+    if not is_guided(scenario) or scenario.aiding is None or scenario.flight is None:
+        return {}
+    by_solution = "height" in scenario.flight.guidance.quantities
+    seen = {
+        "airspeed": scenario.aiding.sensor(Airspeed),
+        "height": None if by_solution else scenario.aiding.sensor(Barometer),
+    }
+    return {name: sensor for name, sensor in seen.items() if sensor is not None}
+
+
+def _readings(scenario: Scenario, path: Trajectory) -> dict[str, AirData]:
+    """Return the readings of the sensors that the autopilot sees, those that the filter gets."""
+    of = {}
+    for name, sensor in air_sensors(scenario).items():
+        (readings,) = sensor.read(Vehicle(path, scenario.seed))
+        arrival = readings.measurements.arrival
+        time = arrival - sensor.latency_s  # that of the measurement is a lag earlier
+        if name == "height":
+            true = path.state(time).height
+        else:
+            true = np.interp(time, path.channels["airspeed_mps"].time, path.channels["airspeed_mps"].values)
+        of[name] = AirData(time - path.start, arrival - path.start, readings.measurements.value[:, 0] - true)
+    return of
 
 
 def _state_errors(scenario: Scenario, path: Trajectory, solution: NavSolution, rows: Rows) -> Array:

@@ -18,6 +18,8 @@ from sinssim.scenario import Scenario, filter_model, load_scenario
 from sinssim.simulation import closed_loop as closing
 from sinssim.simulation.closed_loop import NEAR, apart, by_sections, closed_loop, solution_errors
 from sinssim.strapdown.navigation_error import navigation_error
+from sinssim.truth.flight.guidance import QUANTITIES as ALL
+from sinssim.truth.trajectory import Trajectory
 from tests.slow import slow
 
 KNOT = 0.5144444444444445
@@ -150,6 +152,46 @@ def test_the_loop_is_closed(drifted: sinssim.Run) -> None:
     assert apart(true_motion(scenario, errors=solution_errors(scenario, path)), path) < NEAR
 
 
+def with_air_data(
+    quantities: tuple[str, ...], *, sections: bool = False, **aiding: Any
+) -> tuple[Trajectory, Trajectory]:
+    """Return a flight of two minutes by ideal inertial sensors and an air-data sensor, and that by the truth."""
+    contents = plan(quantities=quantities).contents()
+    contents["flight"]["legs"] = [{"type": "turn", "heading_deg": 60.0}, {"type": "hold", "duration_s": 100.0}]
+    scenario = Scenario.model_validate({**contents, "aiding": aiding, "filter": {}})
+    path, guided = closed_loop(scenario)
+    if sections:
+        assert not guided.in_sections
+        assert apart(by_sections(scenario, guided.by_truth, lambda fraction: None)[0], path) < 3e-3
+    return path, guided.by_truth
+
+
+def test_the_autopilot_holds_the_airspeed_of_the_sensor() -> None:
+    """A reading that is 2 % too large lets the calibrated airspeed, which is held, fall by 2 %; the throttle needs some
+    of the two minutes. By passes and by sections it is the same flight."""
+    sensor = {"sigma_mps": 1e-9, "scale_ppm": 2e4, "rate_hz": 10.0, "latency_s": 0.2}
+    path, by_truth = with_air_data(ALL, sections=True, airspeed=sensor)
+    seen, true = (flown.channels["calibrated_airspeed_mps"].values[-1] for flown in (path, by_truth))
+    assert seen == pytest.approx(true / 1.02, rel=1e-3)
+
+
+def test_an_airspeed_sensor_without_errors_changes_nothing() -> None:
+    """At the rate of the autopilot; one of 1 Hz is up to a second late, and is seen in the turn."""
+    path, by_truth = with_air_data(ALL, airspeed={"sigma_mps": 1e-9, "rate_hz": 30.0})
+    assert apart(path, by_truth) < NEAR
+    slow_path, _ = with_air_data(ALL, airspeed={"sigma_mps": 1e-9, "rate_hz": 1.0})
+    assert 0.01 < apart(slow_path, by_truth) < 10.0
+
+
+@pytest.mark.parametrize(("quantities", "lower"), [(("position", "velocity", "attitude"), 30.0), (ALL, 0.0)])
+def test_a_height_that_the_navigator_does_not_give_is_that_of_the_barometer(
+    quantities: tuple[str, ...], lower: float
+) -> None:
+    barometer = {"sigma_m": 1e-9, "bias_m": 30.0, "bias_sigma_m": 1e-9, "rate_hz": 10.0}
+    path, by_truth = (flown.state(110.0).height for flown in with_air_data(quantities, baro=barometer))
+    assert float(by_truth - path) == pytest.approx(lower, abs=0.05)
+
+
 def sections_of(seconds: float, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(closing, "_SHORTEST", seconds)
     monkeypatch.setattr(closing, "_SECTIONS", 1000)
@@ -262,6 +304,7 @@ def test_the_console_and_the_report_tell_it(drifted: sinssim.Run, capsys: pytest
     show(drifted.exhibits, Console(width=120))
     out = capsys.readouterr().out
     assert "The flight follows quaternion: at its end it is" in out
+    assert "Its airspeed is true, its height that of the solution." in " ".join(out.split())
     assert "Waypoints of the navigator on the true path" in out
     from sinssim.scenario.plan_summary import plan_lines
 

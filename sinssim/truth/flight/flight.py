@@ -158,6 +158,9 @@ def flight_key(flight: FlightPlan, seed: int, errors: SolutionErrors | None = No
     if errors is not None:
         add("guidance", errors.guidance.model_dump_json().encode())
         add("errors", np.ascontiguousarray(errors.values).tobytes())
+        for name, of in (("airspeed", errors.airspeed), ("height", errors.height)):
+            if of is not None:
+                add(name, np.concatenate([of.time, of.arrival, of.errors]).tobytes())
     add("seed", str(seed if flight.turbulence else 0).encode())
     add("aircraft", read_bytes(find_content("aircraft", flight.aircraft)))
     model = model_folder(flight.aircraft, load_aircraft(flight.aircraft).jsbsim_model)

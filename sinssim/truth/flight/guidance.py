@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 from math import atan2, cos, floor, hypot, remainder, sin, tau
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -48,12 +48,21 @@ class Guidance(Section):
     quantities: Annotated[tuple[Quantity, ...], Field(min_length=1)] = Field(
         default=QUANTITIES,
         description="what they see of it; the rest stays true. Velocity has the vertical speed and the track, attitude "
-        "the rates of the gyros",
+        "the rates of the gyros. The airspeed is that of [aiding.airspeed], and without height among them the height "
+        "that of [aiding.baro], where there are such sensors",
     )
     latency_s: Annotated[NotNegative, Field(le=10.0)] = Field(
         default=0.0, description="from the instant of a solution until the autopilot has it"
     )
     rate_hz: Annotated[float, Field(ge=1.0, le=30.0)] = Field(default=30.0, description="solutions a second")
+
+
+class AirData(NamedTuple):
+    """The readings of an air-data sensor, in the order of time."""
+
+    time: Array  # their instants from the start of the flight, (M,) s
+    arrival: Array  # when the autopilot has them, (M,) s
+    errors: Array  # reading less the truth at its instant, (M,), m/s or m
 
 
 @dataclass(frozen=True)
@@ -64,10 +73,14 @@ class SolutionErrors:
         guidance: rate, latency and quantities.
         values: latitude, longitude, rad; height, m; velocity north, east, down, m/s; roll, pitch, heading, rad; body
             rates, rad/s: (K, 12). After the last row the errors stay as they are.
+        airspeed: readings of the true airspeed; None: the autopilot sees the true one.
+        height: readings of a barometer, if the autopilot sees its height.
     """
 
     guidance: Guidance
     values: Array
+    airspeed: AirData | None = None
+    height: AirData | None = None
 
 
 @dataclass(frozen=True)
@@ -99,6 +112,7 @@ class Navigator:
         guidance = errors.guidance
         self._rate, self._latency, self._interval = guidance.rate_hz, guidance.latency_s, interval
         self._seen = frozenset(column for name in guidance.quantities for column in _COLUMNS[name])
+        self._airspeed, self._height = _LastReading(), _LastReading()
         self.believe(errors)
         self._past: deque[tuple[float, tuple[float, ...]]] = deque(
             maxlen=2 + floor((guidance.latency_s + 1.0 / guidance.rate_hz) / interval + 1e-6)
@@ -109,9 +123,14 @@ class Navigator:
         """Go on with the errors of another pass, of the same guidance."""
         seen = np.isin(np.arange(errors.values.shape[1]), sorted(self._seen))
         self._errors = np.where(seen, errors.values, 0.0).tolist()
+        self._airspeed.believe(errors.airspeed)
+        self._height.believe(errors.height)
 
     def fast(self, m: AircraftState, latitude: float, longitude: float, track: float, speed: float) -> None:
         """Replace what is refreshed at every step of the true state in `m`, whose other values are given."""
+        m.height, airspeed = self._height.seen(m.time, m.height), self._airspeed.seen(m.time, m.tas)
+        if m.tas > 0.0:
+            m.cas, m.tas = m.cas * (airspeed / m.tas), airspeed
         now = (latitude, longitude, m.height, speed * cos(track), speed * sin(track), -m.climb,
                m.phi, m.theta, m.psi, m.p, m.q, m.r)  # fmt: skip
         self._past.append((m.time, now))
@@ -145,6 +164,35 @@ class Navigator:
             a + part * (remainder(b - a, tau) if c in _ANGLES else b - a)
             for c, (a, b) in enumerate(zip(before[1], after[1], strict=True))
         )
+
+
+class _LastReading:
+    """The last reading that has arrived: the true value at its instant with its error."""
+
+    def __init__(self) -> None:
+        self._before = (0.0, 0.0)  # the step before: its time and the true value
+        self._late: deque[tuple[float, float]] = deque()  # arrival and value
+        self._seen: float | None = None
+
+    def believe(self, of: AirData | None) -> None:
+        """Go on with the readings of another pass."""
+        self._there = of is not None
+        if of is not None:
+            rows = slice(np.searchsorted(of.time, self._before[0] + 1e-6, side="right"), None)
+            self._next = deque(np.column_stack([of.time, of.arrival, of.errors])[rows].tolist())
+
+    def seen(self, time: float, true: float) -> float:
+        """Return what is seen at a step, whose true value is given: that until the first reading."""
+        if not self._there:
+            return true
+        before, value = self._before
+        while self._next and self._next[0][0] <= time + 1e-6:
+            instant, arrival, error = self._next.popleft()
+            self._late.append((arrival, true - (time - instant) / (time - before) * (true - value) + error))
+        while self._late and self._late[0][0] <= time + 1e-6:
+            self._seen = self._late.popleft()[1]
+        self._before = time, true
+        return true if self._seen is None else self._seen
 
 
 def finite_rows(values: Array) -> Array:

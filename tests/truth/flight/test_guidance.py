@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from sinssim.truth.flight.autopilot import AircraftState
-from sinssim.truth.flight.guidance import Guidance, Navigator, Quantity, SolutionErrors, finite_rows
+from sinssim.truth.flight.guidance import AirData, Guidance, Navigator, Quantity, SolutionErrors, finite_rows
 
 STEP = 1.0 / 30.0
 ERROR = np.array([1e-5, 2e-5, 3.0, 0.4, -0.5, 0.6, 0.01, 0.02, 0.03, 1e-3, 2e-3, 3e-3])
@@ -70,6 +71,24 @@ def test_a_slow_navigator_is_held() -> None:
     for k, instant in ((29, 0.75), (30, 1.0), (15, 0.5), (8, 0.25), (7, 0.0)):
         assert seen[k].height == pytest.approx(100.0 * instant, abs=1e-6)
         assert seen[k].longitude == pytest.approx(2e-3 * instant, abs=1e-12)
+
+
+def test_the_last_reading_that_has_arrived_is_seen() -> None:
+    """Readings at 0.25 and 0.5 s, 0.2 s late, of an airspeed that grows by 9 m/s² and a height by 100 m/s: the value of
+    their instant with their error, and before them the truth. The calibrated airspeed is in the same ratio."""
+    of = AirData(np.array([0.25, 0.5]), np.array([0.45, 0.7]), np.array([2.0, 3.0]))
+    errors = SolutionErrors(Guidance(quantities=("position",)), np.tile(ERROR, (3, 1)), of, of)
+    navigator, seen = Navigator(errors, STEP), []
+    for k in range(31):
+        t = k * STEP
+        m = AircraftState(time=t, height=100.0 * t, tas=100.0 + 9.0 * t, cas=0.8 * (100.0 + 9.0 * t))
+        navigator.fast(m, 0.0, 0.0, 0.0, 50.0)
+        if k == 10:  # the first has been taken by then
+            navigator.believe(replace(errors, airspeed=of._replace(errors=np.array([50.0, 4.0]))))
+        seen.append((m.tas, m.cas / m.tas, m.height))
+    for k, airspeed, height in ((13, 100.0 + 9.0 * 13 * STEP, 100.0 * 13 * STEP), (14, 104.25, 27.0),
+                                (20, 104.25, 27.0), (21, 108.5, 53.0), (30, 108.5, 53.0)):  # fmt: skip
+        assert seen[k] == pytest.approx((airspeed, 0.8, height), rel=1e-12)
 
 
 def test_angles_stay_in_their_range() -> None:

@@ -21,7 +21,7 @@ from sinssim.experiments.run.run_result import DrawnPath, Part
 from sinssim.formatting import listed, number_text
 from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import thinned
-from sinssim.simulation.closed_loop import to_go
+from sinssim.simulation.closed_loop import air_sensors, to_go
 from sinssim.simulation.navigation_stage import Navigated
 from sinssim.simulation.path_errors import (
     AXES,
@@ -77,9 +77,10 @@ class Miss(TypedDict):
 
 
 class GuidanceNumbers(TypedDict):
-    """The entry of the summary."""
+    """The entry of the summary; `seen`: whose airspeed and height the autopilot sees: "sensor", "solution", "true"."""
 
     source: str
+    seen: dict[str, str]
     ended_early: str
     moved_m: list[float]
     in_sections: bool
@@ -150,9 +151,16 @@ class Guidance(Part[GuidanceNumbers]):
                 )  # fmt: skip
                 begin = event.time
         return GuidanceNumbers(
-            source=guided.source, ended_early=ended, moved_m=list(guided.moved), in_sections=guided.in_sections,
+            source=guided.source, seen=self._seen(), ended_early=ended, moved_m=list(guided.moved),
+            in_sections=guided.in_sections,
             displacement_max_m=float(size.max()), displacement_end_m=float(size[-1]), legs=legs, waypoints=waypoints,
         )  # fmt: skip
+
+    def _seen(self) -> dict[str, str]:
+        """Return whose airspeed and height the autopilot sees."""
+        flight, sensors = self.run.scenario.flight, air_sensors(self.run.scenario)
+        height = "solution" if flight is not None and "height" in flight.guidance.quantities else "true"
+        return {"airspeed": "true", "height": height} | dict.fromkeys(sensors, "sensor")
 
     def with_filter(self) -> GuidanceNumbers:
         """Return the entry with the errors of the aided solution, if that guides the flight."""
@@ -169,7 +177,8 @@ class Guidance(Part[GuidanceNumbers]):
         entry = self.entry
         yield Sentence(
             f"The flight follows {entry['source']}: at its end it is {number_text(entry['displacement_end_m'])} m from "
-            f"where a perfect navigator would have taken it, at most {number_text(entry['displacement_max_m'])} m.",
+            f"where a perfect navigator would have taken it, at most {number_text(entry['displacement_max_m'])} m. "
+            f"{_air_words(entry)}",
             on=("console",),
         )
         yield from self._early(("console",))
@@ -183,7 +192,10 @@ class Guidance(Part[GuidanceNumbers]):
             Line(label=label, x=time, y=values[:, k], color=color)
             for k, (label, color) in enumerate(zip(_DISPLACED, ("x", "y", "z"), strict=True))
         )
-        yield Sentence(f"The autopilot and the legs see the solution {self.entry['source']}. {_closing(self.entry)}")
+        yield Sentence(
+            f"The autopilot and the legs see the solution {self.entry['source']}. {_air_words(self.entry)} "
+            f"{_closing(self.entry)}"
+        )
         yield from self._early(("page",))
         yield from self._tables(("page",))
         chart = Chart(
@@ -211,6 +223,18 @@ class Guidance(Part[GuidanceNumbers]):
             rows = [(w["waypoint"], w["time_s"], w["right_m"], w["left_to_go_m"], w["navigation_error_m"])
                     for w in self.entry["waypoints"]]  # fmt: skip
             yield Table(columns, rows, title="Waypoints of the navigator on the true path", on=on)
+
+
+_AIR_WORDS = {
+    "airspeed": {"true": "true", "sensor": "that of [aiding.airspeed]"},
+    "height": {"true": "true", "sensor": "that of [aiding.baro]", "solution": "that of the solution"},
+}
+
+
+def _air_words(entry: GuidanceNumbers) -> str:
+    """Say whose airspeed and height the autopilot sees."""
+    airspeed, height = (_AIR_WORDS[name][entry["seen"][name]] for name in ("airspeed", "height"))
+    return f"Its airspeed is {airspeed}, its height {height}."
 
 
 def _closing(entry: GuidanceNumbers) -> str:
