@@ -38,12 +38,16 @@ def pytest_configure() -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
-    """Collect the tests without looking for garbage meanwhile, nor later in what lives to the end: saves a third."""
+    """Collect the tests without looking for garbage meanwhile, nor later in what lives to the end: saves a third.
+
+    What tests keep for each other, such as the syntax trees of all modules, is looked through seldom.
+    """
     gc.disable()
     try:
         return (yield)
     finally:
         gc.freeze()
+        gc.set_threshold(2000, 10, 100)
         gc.enable()
 
 

@@ -16,6 +16,7 @@ from sinssim.scenario.filter_model import LEFT_OUT, choice, excitation, hints, n
 from sinssim.scenario.filter_section import FILTER_STATES
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.grades import GRADES
+from tests.slow import slow
 
 AIDED = (
     "aided_airliner", "align_in_motion", "gyrocompassing", "in_flight_calibration", "mems_uav", "spoofed",
@@ -70,7 +71,7 @@ def test_choice_follows_grade_and_motion() -> None:
     assert set(states(noiseless)) == set(FILTER_STATES)  # no noise hides anything
 
 
-@pytest.mark.parametrize("name", ["align_in_motion", "transfer_alignment"])
+@pytest.mark.parametrize("name", ["align_in_motion", *slow("transfer_alignment")])
 def test_planned_motion_is_the_flown_one(name: str) -> None:
     """∫ω² dt and ∫f² dt of the plan against the truth that is flown, to a factor of two and a half."""
     scenario = load_scenario(name)

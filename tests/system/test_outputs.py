@@ -228,8 +228,8 @@ def plants(output: Path) -> dict[str, Plant]:
     return found
 
 
-ALIKE = ("trade of ensembles", "calibration", "euroc")
-"""Kinds in the same kind of directory as a trade of budgets, a budget and CSV files."""
+ALIKE = ("trade of ensembles", "budget", "euroc")
+"""Kinds in the same kind of directory as a trade of budgets, a calibration and CSV files."""
 
 
 @pytest.mark.parametrize("kind", [*slow(*ALIKE), *(kind for kind in KINDS if kind not in ALIKE)])

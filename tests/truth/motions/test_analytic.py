@@ -248,7 +248,7 @@ def test_coning_drift_of_the_n_sample_algorithms(samples: int, alpha: float, pha
 
 def test_independent_integration_comes_back() -> None:
     """A cone of 2 Hz on the Earth, integrated at 400 Hz by code that knows nothing of it."""
-    trajectory = on_earth(classical_cone(2.0 * DEG, 2.0 * np.pi * 2.0), 20.0)
+    trajectory = on_earth(classical_cone(2.0 * DEG, 2.0 * np.pi * 2.0), 6.0)
     imu = trajectory.increments(400.0)
     s = trajectory.state(imu.time)
     c_en = np.swapaxes(oracle.ned_axes(s.latitude, s.longitude), -1, -2)
