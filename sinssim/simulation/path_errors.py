@@ -14,12 +14,13 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.data import Array, NavSolution, NavState
+from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.errors import InputError
 from sinssim.formatting import listed
 from sinssim.rotation import conjugate, euler_from_quaternion, multiply, rotate
@@ -27,6 +28,7 @@ from sinssim.scenario.true_motion import mounting
 from sinssim.statistics.requirements import BY_PATH, MISS
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.flight.guidance import TRUTH
+from sinssim.truth.flight.legs.landing import LandLeg
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.truth.flight.planned_path import Begin, Beside, PlannedTrack
 from sinssim.units import DEG, NAUTICAL_MILE
@@ -362,6 +364,37 @@ def misses(scenario: Scenario, truth: Truth, pieces: Sequence[Piece]) -> list[Mi
         name = leg.label(piece.place) or f"leg {piece.leg + 1}"
         missed.append(Miss(number, name, latitude, longitude, piece.end, right, to_go))
     return missed
+
+
+class Ending(TypedDict):
+    """Where a flight ends: time, s; latitude and longitude, deg; height, m; rate of descent, m/s; and the distance from
+    the threshold of the plan's last landing, m, None without one."""
+
+    time_s: float
+    latitude_deg: float
+    longitude_deg: float
+    height_m: float
+    descent_mps: float
+    threshold_m: float | None
+
+
+def ending(flight: FlightPlan, path: Trajectory) -> Ending:
+    """Return where a flight of a plan has ended in truth."""
+    end = path.state(np.array([path.end]))
+    threshold = None
+    for leg in flight.legs:
+        if isinstance(leg, LandLeg):
+            place = geodetic_to_ecef(leg.latitude_deg * DEG, leg.longitude_deg * DEG, leg.altitude_m, path.ellipsoid)
+            here = geodetic_to_ecef(end.latitude[0], end.longitude[0], leg.altitude_m, path.ellipsoid)
+            threshold = float(np.linalg.norm(here - place))
+    return Ending(
+        time_s=path.end,
+        latitude_deg=float(end.latitude[0]) / DEG,
+        longitude_deg=float(end.longitude[0]) / DEG,
+        height_m=float(end.height[0]),
+        descent_mps=float(end.velocity_ned[0, 2]),
+        threshold_m=threshold,
+    )
 
 
 def passages(scenario: Scenario, truth: Truth) -> list[tuple[Miss, float, Array]]:

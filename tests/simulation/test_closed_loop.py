@@ -17,8 +17,10 @@ from sinssim.recording.page import page_of
 from sinssim.scenario import Scenario, filter_model, load_scenario
 from sinssim.simulation import closed_loop as closing
 from sinssim.simulation.closed_loop import NEAR, apart, by_sections, closed_loop, solution_errors
+from sinssim.simulation.path_errors import ending
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.flight.guidance import QUANTITIES as ALL
+from sinssim.truth.flight.legs.landing import LandLeg
 from sinssim.truth.trajectory import Trajectory
 from tests.slow import slow
 
@@ -278,16 +280,33 @@ def test_a_flight_into_the_ground_is_a_result(capsys: pytest.CaptureFixture[str]
     run = sinssim.run(Scenario.model_validate(contents))
     assert isinstance(run, sinssim.Run)
     assert run.summary["status"] == "finished"
-    assert "the aircraft hit the ground" in run.summary["guidance"]["ended_early"]
-    end, aircraft = run.truth.trajectory.end, run.truth.trajectory
-    assert (
-        "touched the ground" in run.summary["guidance"]["ended_early"]
-        or "ground" in run.summary["guidance"]["ended_early"]
-    )
-    assert abs(float(aircraft.state(np.array([end])).height[0])) < 5.0
+    assert run.summary["guidance"]["ended_early"] == "leg 1 (descend): the aircraft hit the ground"
+    path, end = run.truth.trajectory, run.summary["guidance"]["end"]
+    last = path.state(np.array([path.end]))
+    assert end["time_s"] == path.end
+    assert abs(end["height_m"]) < 5.0
+    assert end["height_m"] == last.height[0]
+    assert (end["latitude_deg"], end["longitude_deg"]) == pytest.approx((0.0, 10.0), abs=0.1)
+    before = path.state(np.array([path.end - 0.5])).height[0]
+    assert end["descent_mps"] == pytest.approx((before - last.height[0]) / 0.5, rel=0.2)
+    assert end["threshold_m"] is None
     assert run.solutions["quaternion"].height[-1] == pytest.approx(150.0, abs=15.0)
-    show(run.exhibits, Console(width=200))
-    assert "The flight ends early: leg 1 (descend) failed at" in capsys.readouterr().out
+    show(run.exhibits, Console(width=400))
+    out = capsys.readouterr().out
+    assert f"The flight ends early, at {path.end:.1f} s, in leg 1 (descend): the aircraft hit the ground. It is" in out
+    assert f"sinking at {end['descent_mps']:.1f} m/s." in out
+
+
+def test_the_end_of_an_approach_is_told_from_the_threshold() -> None:
+    """A tenth of a degree of latitude from the equator: a degree of WGS 84's meridian is 110 574.3 m there."""
+    leg = LandLeg(type="land", latitude_deg=0.0, longitude_deg=10.0, heading_deg=0.0, altitude_m=300.0)
+    flight = plan().flight
+    assert flight is not None
+    path = sinssim.fly(load_scenario("parked", ["parked.latitude_deg=0.1", "parked.longitude_deg=10"]))
+    found = ending(flight.model_copy(update={"legs": (*flight.legs, leg)}), path)
+    assert found["threshold_m"] == pytest.approx(11057.43 * (1.0 + 300.0 / 6335439.0), abs=0.05)
+    assert found["descent_mps"] == pytest.approx(0.0, abs=1e-9)
+    assert ending(flight, path)["threshold_m"] is None
 
 
 def test_what_is_not_navigated_is_true() -> None:

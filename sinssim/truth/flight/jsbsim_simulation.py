@@ -394,6 +394,8 @@ class _Flight:
             if isinstance(error, LegError)
             else (f"the model diverged ({error})", "gentler legs, or a better model")
         )
+        if self._guided:  # what the pilot would see is believed, and what led here is no fault of the plan
+            return InputError(f"{name}: {reason}")
         wind = "" if self._in_air else _wind_words(self._flight)
         return InputError(
             f"{name} failed at {m.time:.1f} s of the flight: {reason}. The {self._flight.aircraft} was at a height of "

@@ -26,10 +26,12 @@ from sinssim.simulation.navigation_stage import Navigated
 from sinssim.simulation.path_errors import (
     AXES,
     WITHIN,
+    Ending,
     PathErrors,
     Piece,
     containments,
     corridor_edges,
+    ending,
     has_path,
     misses,
     path_errors,
@@ -82,6 +84,7 @@ class GuidanceNumbers(TypedDict):
     source: str
     seen: dict[str, str]
     ended_early: str
+    end: Ending
     moved_m: list[float]
     in_sections: bool
     displacement_max_m: float
@@ -151,15 +154,16 @@ class Guidance(Part[GuidanceNumbers]):
                 )  # fmt: skip
                 begin = event.time
         return GuidanceNumbers(
-            source=guided.source, seen=self._seen(), ended_early=ended, moved_m=list(guided.moved),
+            source=guided.source, seen=self._seen(), ended_early=ended,
+            end=ending(_plan(self.run), path), moved_m=list(guided.moved),
             in_sections=guided.in_sections,
             displacement_max_m=float(size.max()), displacement_end_m=float(size[-1]), legs=legs, waypoints=waypoints,
         )  # fmt: skip
 
     def _seen(self) -> dict[str, str]:
         """Return whose airspeed and height the autopilot sees."""
-        flight, sensors = self.run.scenario.flight, air_sensors(self.run.scenario)
-        height = "solution" if flight is not None and "height" in flight.guidance.quantities else "true"
+        flight, sensors = _plan(self.run), air_sensors(self.run.scenario)
+        height = "solution" if "height" in flight.guidance.quantities else "true"
         return {"airspeed": "true", "height": height} | dict.fromkeys(sensors, "sensor")
 
     def with_filter(self) -> GuidanceNumbers:
@@ -205,8 +209,17 @@ class Guidance(Part[GuidanceNumbers]):
         yield Charts("guidance", ((chart,),), (0.5 * PAIR[0], PAIR[1]), on=("page",))
 
     def _early(self, on: tuple[Medium, ...]) -> Iterator[Item]:
-        if self.entry["ended_early"]:
-            yield Sentence(f"The flight ends early: {self.entry['ended_early']}", "warning", on=on)
+        if not self.entry["ended_early"]:
+            return
+        end = self.entry["end"]
+        place = f"{end['latitude_deg']:.4f}°, {end['longitude_deg']:.4f}°, {end['height_m']:.0f} m high"
+        if end["threshold_m"] is not None:
+            place += f", {number_text(end['threshold_m'])} m from the threshold of the runway"
+        yield Sentence(
+            f"The flight ends early, at {end['time_s']:.1f} s, in {self.entry['ended_early']}. It is then at {place}, "
+            f"sinking at {end['descent_mps']:.1f} m/s.",
+            "warning", on=on,
+        )  # fmt: skip
 
     def _tables(self, on: tuple[Medium, ...]) -> Iterator[Item]:
         heads = ("navigation error", *_DISPLACED, "largest")
@@ -337,7 +350,7 @@ class OffPath(Part[PathNumbers]):
             source=self._source, legs=legs, phases=phases, flight=_sizes(errors, errors.leg >= 0),
             solutions={} if self._source != TRUTH else {n: self._size_of(s) for n, s in self.run.solutions.items()},
             corridors=[Outside(leg=self._leg(number), rnp=rnp, judged_s=lasts, within=within, exceeded_s=exceeded)
-                       for number, rnp, lasts, within, exceeded in containments(self._flight, errors)],
+                       for number, rnp, lasts, within, exceeded in containments(_plan(self.run), errors)],
         )  # fmt: skip
 
     def _size_of(self, solution: NavSolution) -> Sizes:
@@ -354,13 +367,8 @@ class OffPath(Part[PathNumbers]):
             return {**self.entry, "solutions": {**self.entry["solutions"], AIDED: sizes}}
         return self.entry
 
-    @property
-    def _flight(self) -> FlightPlan:
-        assert self.run.scenario.flight is not None  # it belongs to the run
-        return self.run.scenario.flight
-
     def _leg(self, number: int) -> str:
-        return f"{number + 1} {self._flight.legs[number].type}"
+        return f"{number + 1} {_plan(self.run).legs[number].type}"
 
     def brief(self, algorithms: Mapping[str, ErrorNumbers]) -> Iterator[Item]:
         """Yield whether the corridors are kept, and the errors by leg for the console."""
@@ -410,7 +418,7 @@ class OffPath(Part[PathNumbers]):
         if self.entry["phases"]:
             yield self._table(("page",), "phase")
         planned = {piece.leg for piece in self.pieces}
-        if without := [self._leg(n) for n in range(len(self._flight.legs)) if n not in planned]:
+        if without := [self._leg(n) for n in range(len(_plan(self.run).legs)) if n not in planned]:
             yield Sentence(f"Without a planned path in space: leg {listed(without)}.", "note", on=("page",))
         if self.entry["solutions"]:
             yield Sentence(
@@ -444,7 +452,7 @@ class OffPath(Part[PathNumbers]):
         """Yield the edges of the corridors over time; far ones do not widen the chart."""
         errors, size, labelled = self.errors, size_of(self.errors.tse[:, 0]), set[float]()
         for number in dict.fromkeys(piece.leg for piece in self.pieces):
-            rnp, ends = self._flight.rnp_of(number), errors.time[errors.leg == number][[0, -1]]
+            rnp, ends = _plan(self.run).rnp_of(number), errors.time[errors.leg == number][[0, -1]]
             for side in () if rnp is None else (-1.0, 1.0):
                 assert rnp is not None
                 near = size is not None and rnp * NAUTICAL_MILE < 4.0 * size.largest
@@ -463,7 +471,7 @@ class OffPath(Part[PathNumbers]):
         there = np.isfinite(errors.planned[:, 0])
         latitude, longitude, _ = errors.planned[there].T
         tracks.append(Track("planned", errors.time[there], latitude, longitude, "planned"))
-        for rnp, latitude, longitude, _ in corridor_edges(self._flight, self.pieces):
+        for rnp, latitude, longitude, _ in corridor_edges(_plan(self.run), self.pieces):
             tracks.append(Track("" if rnp in named else f"RNP {rnp:g}", latitude, latitude, longitude, "corridor"))
             named.add(rnp)
         places = [(_missed_words(m), m.latitude, m.longitude) for m in self._missed()]
@@ -481,7 +489,7 @@ class OffPath(Part[PathNumbers]):
         if (s := _solution(self, self._source)) is not None:
             rows = thinned(len(s.time))
             yield DrawnPath("believed", s.latitude[rows], s.longitude[rows], s.height[rows], self._source)
-        for number, (_, latitude, longitude, height) in enumerate(corridor_edges(self._flight, self.pieces)):
+        for number, (_, latitude, longitude, height) in enumerate(corridor_edges(_plan(self.run), self.pieces)):
             yield DrawnPath(f"corridor/{number}", latitude, longitude, height, "corridor")
         if missed := self._missed():
             at = path.state(np.array([m.time for m in missed])).height
@@ -497,6 +505,11 @@ class OffPath(Part[PathNumbers]):
         ]
         columns = ("planned_latitude_rad", "planned_longitude_rad", "planned_height_m")
         yield Stream("planned_path", errors.time, (*vectors, Vector("planned", columns, errors.planned)))
+
+
+def _plan(run: Navigated) -> FlightPlan:
+    assert run.scenario.flight is not None  # it belongs to the run
+    return run.scenario.flight
 
 
 def _flown(run: Navigated) -> Truth:
