@@ -10,6 +10,10 @@ import pytest
 
 import sinssim
 from sinssim.errors import InputError
+from sinssim.exhibits import Exhibits, Sentence
+from sinssim.experiments.run.filter_summary import Moment
+from sinssim.formatting import signed
+from sinssim.recording.page import page_of
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.simulation.path_errors import PathErrors, containments, misses, path_errors, pieces_of, size_of
 from sinssim.simulation.truth_and_sensors import Truth
@@ -118,7 +122,6 @@ def test_the_console_and_the_report_show_it(run: sinssim.Run, capsys: pytest.Cap
     from rich.console import Console
 
     from sinssim.recording.console import show
-    from sinssim.recording.page import page_of
 
     show(run.exhibits, Console(width=160))
     out = capsys.readouterr().out
@@ -128,6 +131,25 @@ def test_the_console_and_the_report_show_it(run: sinssim.Run, capsys: pytest.Cap
     assert "Without a planned path in space: leg 3 s_turns." in page
     assert "Across the planned path, to its right" in page
     assert "Distance from the planned path by phase" in page
+
+
+def test_a_detection_is_shown_beside_the_path(
+    run: sinssim.Run, errors: PathErrors, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The errors at that instant in a sentence, a mark in both charts, and the true place on the map."""
+    part = run.parts["planned_path"]
+    seen = [Moment(30.0, "withdrawn", "withdrawn by the monitor: gnss-position")]
+    monkeypatch.setattr(type(part), "_faults", lambda self: seen)
+    said = [item.text for item in part.brief({}) if isinstance(item, Sentence) and "monitor" in item.text]
+    tse, nse = (float(of[np.searchsorted(errors.time, 30.0), 0]) for of in (errors.tse, errors.nse))
+    assert tse < -10.0 < 40.0 < nse
+    assert said == [
+        "At 30 s (withdrawn by the monitor: gnss-position): across the planned path TSE "
+        f"{signed(tse)} m, NSE {signed(nse)} m."
+    ]
+    page = page_of(Exhibits("of the path", list(part.exhibits())))
+    assert page.count(">withdrawn<") == 2
+    assert page.count(">withdrawn 30 s<") == 1
 
 
 def by_truth(**keys: Any) -> Scenario:

@@ -25,7 +25,7 @@ from sinssim.experiments.run.error_exhibits import (
     worse_than_inertial,
 )
 from sinssim.experiments.run.filter_exhibits import filter_exhibits
-from sinssim.experiments.run.filter_summary import filter_numbers
+from sinssim.experiments.run.filter_summary import Moment, filter_numbers, moments
 from sinssim.experiments.run.parts import parts_of
 from sinssim.experiments.run.parts.recorded_sensors import best_solution
 from sinssim.experiments.run.run_files import RunWriter, about, keep, write_messages
@@ -360,8 +360,13 @@ class Execution:
         give_back_memory()
         if self._writer is not None:
             with self._clock("record"):
-                self._writer.filtered(aided, self._of_filter())
+                assert isinstance(self.reached.truth, Truth)  # what was recorded is written later
+                self._writer.filtered(aided, self._of_filter(), self._faults(), self.reached.truth.trajectory)
                 self._writer.parts({name: part for name, part in self.reached.parts.items() if part.after_filter})
+
+    def _faults(self) -> list[Moment]:
+        time = self._navigated.truth.time
+        return moments(self._scenario, self._found["filter"]["detections"], (float(time[0]), float(time[-1])))
 
     def _of_filter(self) -> list[Item]:
         """Return what the filter has to show."""
@@ -407,7 +412,7 @@ class Execution:
         writer.without_satellites(s.time, shown, log.outages)
         writer.navigated(navigated, self.reached.parts, None)
         if aided is not None:
-            writer.filtered(aided, self._of_filter())
+            writer.filtered(aided, self._of_filter(), self._faults(), None)
 
     def _finished(self) -> Run:
         """Return the run with its summary, and complete its directory."""

@@ -6,7 +6,7 @@ Errors inside their bands, consistency, innovations, decisions of the gate, obse
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -18,7 +18,7 @@ from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Dots, Line, Mark, R
 from sinssim.data import Array, Computed
 from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
 from sinssim.experiments.run.filter_remedies import what_to_try
-from sinssim.experiments.run.filter_summary import for_people, sentences
+from sinssim.experiments.run.filter_summary import detected, for_people, sentences, together
 from sinssim.experiments.run.summary_types import ErrorNumbers, FilterNumbers, StateNumbers, Test
 from sinssim.formatting import number_text, signed
 from sinssim.recording import style
@@ -88,13 +88,13 @@ def filter_exhibits(
     yield Sentence(f"**{first}**", "" if numbers["divergence"] is None else "warning")
     yield from map(Sentence, others)
     yield _solutions(numbers, algorithms)
-    marks = [*outage_marks(aided), *fault_marks(numbers, span[1])]
-    rows = band_charts(aided, span, marks)
+    faults = fault_marks(numbers, span)
+    rows = band_charts(aided, span, [*outage_marks(aided), *faults])
     yield Charts("filter_bands", rows, (PAIR[0], len(rows) * THREE[1]))
     yield Section("Innovations", [_tests(numbers)])
     if "diagnosis" in numbers:
         yield Section("What to try", list(what_to_try(numbers["diagnosis"])))
-    yield from innovation_charts(aided.estimate.innovations, span)
+    yield from innovation_charts(aided.estimate.innovations, span, faults)
     if not numbers.get("recorded"):
         yield Section("Errors against their covariance", list(_against_truth(numbers)))
     yield Section("Uncertainty of the states", list(_uncertainty(numbers)))
@@ -256,21 +256,29 @@ def mark_at(time: float, text: str) -> Rule:
     return Rule(at=time, upright=True, text=text, dash=":")
 
 
-def fault_marks(numbers: FilterNumbers, end: float) -> list[Rule]:
-    """Return marks at the ends of every jump and ramp of the satellites in a run that ends at an instant, s."""
-    marks = []
+def fault_marks(numbers: FilterNumbers, span: tuple[float, float]) -> list[Rule]:
+    """Return marks at the ends of every jump and ramp of the satellites in a run over a span, s, and where the filter
+    detects them."""
+    marks = [(d["time_s"], detected(d).word) for d in numbers["detections"]]
     for fault in numbers["faults"]:
-        marks.append(mark_at(fault["from_s"], fault["kind"]))
-        if fault["to_s"] < end - 1.0:
-            marks.append(mark_at(fault["to_s"], f"{fault['kind']} ends"))
-    return marks
+        marks.append((fault["from_s"], fault["kind"]))
+        if fault["to_s"] < span[1] - 1.0:
+            marks.append((fault["to_s"], f"{fault['kind']} ends"))
+    return marks_of(marks, span)
+
+
+def marks_of(moments: Iterable[tuple[float, str]], span: tuple[float, float]) -> list[Rule]:
+    """Return marks at instants with their words in plots over a span, s."""
+    return [mark_at(time, text) for time, text in together(moments, span)]
 
 
 _FREEDOM = 60
 """Degrees of freedom of each mean of the normalised innovations squared, or a multiple of it."""
 
 
-def innovation_charts(sensors: Sequence[Innovations], span: tuple[float, float]) -> Iterator[Charts]:
+def innovation_charts(
+    sensors: Sequence[Innovations], span: tuple[float, float], faults: Sequence[Rule] = ()
+) -> Iterator[Charts]:
     """Yield innovations in units of their σ, and for the recording the decisions of the gate and means of squares."""
     from scipy.stats import chi2
 
@@ -290,7 +298,7 @@ def innovation_charts(sensors: Sequence[Innovations], span: tuple[float, float])
             name, place = sensor.sensor if label == "accepted" else label, np.broadcast_to(float(lane), len(rows))
             decisions.append(Dots(label=name, x=time, y=place, color=paint_, size=size))
         title = f"{sensor.sensor} innovations"
-        marks: tuple[Mark, ...] = (*bounds, *dots)
+        marks: tuple[Mark, ...] = (*bounds, *faults, *dots)
         charts.append(Chart(key=f"filter/innovations/{sensor.sensor}", title=title, x=x, y=sigmas, marks=marks))
         squares += _squares(sensor, color)
     shown = tuple(tuple(charts[k : k + 3]) for k in range(0, len(charts), 3))

@@ -7,18 +7,20 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
 from sinssim import units
 from sinssim.estimation.consistency import MEANING
 from sinssim.experiments.run.filter_remedies import diagnosis_numbers
+from sinssim.experiments.run.run_result import DrawnPath
 from sinssim.experiments.run.run_streams import state_columns
 from sinssim.experiments.run.summary_types import (
     AlignmentNumbers,
+    Detection,
     FaultNumbers,
     FilterNumbers,
     HeadingNumbers,
@@ -27,10 +29,11 @@ from sinssim.experiments.run.summary_types import (
     StateNumbers,
     Test,
 )
-from sinssim.formatting import number_text
+from sinssim.formatting import listed, number_text
 from sinssim.scenario.filter_model import hints
 from sinssim.scenario.notes import times_not_reached
 from sinssim.sensors.aiding.gnss import Gnss, Jump, Ramp
+from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.strapdown.navigation_error import error_numbers_of, known_error_numbers_of
 
 if TYPE_CHECKING:
@@ -38,6 +41,7 @@ if TYPE_CHECKING:
     from sinssim.estimation.consistency import ActualConsistency, ChiSquare
     from sinssim.scenario import Scenario
     from sinssim.simulation.truth_comparison import Aided
+    from sinssim.truth.trajectory import Trajectory
 
 
 BEFORE, AFTER, REJECTED = "before the start of the filter", "after the end of the filter", "rejected by the gate"
@@ -124,6 +128,7 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> FilterNumbers:
         "aided": numbers_of(aided.error_blocks) if len(estimate.time) else None,
         "sensors": sensors,
         "faults": list(_faults(aided, scenario)),
+        "detections": detections(estimate.innovations),
         "nees": {
             name: {"states": _uncertain(estimate, name), "verdict": verdict, **_test_numbers(test)}
             for name, (test, verdict) in truly.nees.items()
@@ -251,15 +256,87 @@ def _forged(fault: Jump | Ramp, time: float) -> float:
 
 def _believed_again(time: np.ndarray[Any, Any], accepted: np.ndarray[Any, Any]) -> float | None:
     """Return when readings were accepted again after a series of rejections, both `_IN_A_ROW` long; None for never."""
-    edges = np.flatnonzero(np.diff(accepted.astype(int), prepend=-1, append=-1))
     lost = False
-    for begin, end in pairwise(edges.tolist()):
-        if end - begin < _IN_A_ROW:
-            continue
+    for begin in _series(accepted):
         if accepted[begin] and lost:
             return float(time[begin])
         lost = lost or not accepted[begin]
     return None
+
+
+def _series(accepted: np.ndarray[Any, Any]) -> list[int]:
+    """Return where series of rejections or acceptances begin that are `_IN_A_ROW` long."""
+    edges = np.flatnonzero(np.diff(accepted.astype(int), prepend=-1, append=-1))
+    return [begin for begin, end in pairwise(edges.tolist()) if end - begin >= _IN_A_ROW]
+
+
+def detections(innovations: Sequence[Innovations]) -> list[Detection]:
+    """Return when the monitor has withdrawn fixes, and when the gate begins to reject them in a first long series."""
+    begun: dict[Literal["gate", "monitor"], dict[str, float]] = {"gate": {}, "monitor": {}}
+    for i in innovations:
+        if not measurement_kind(i.kind).on_gnss_clock:
+            continue
+        known = np.isfinite(i.nis)
+        time, accepted = i.time[known], i.accepted[known]
+        series = (float(time[begin]) for begin in _series(accepted) if not accepted[begin])
+        begun["gate"][i.sensor] = next(series, math.inf)
+        begun["monitor"][i.sensor] = i.withdrawn
+    first = {by: min(times.values(), default=math.inf) for by, times in begun.items()}
+    return [
+        {"time_s": first[by], "by": by, "sensors": [sensor for sensor, time in times.items() if time == first[by]]}
+        for by, times in sorted(begun.items(), key=lambda found: first[found[0]])
+        if math.isfinite(first[by])
+    ]
+
+
+class Moment(NamedTuple):
+    """An instant, s, with a word for a chart or a map, and a sentence for a log."""
+
+    time: float
+    word: str
+    text: str
+
+
+def detected(of: Detection) -> Moment:
+    """Return a detection in words."""
+    word = "withdrawn" if of["by"] == "monitor" else "rejected"
+    return Moment(of["time_s"], word, f"{word} by the {of['by']}: {listed(of['sensors'])}")
+
+
+def moments(scenario: Scenario, found: Sequence[Detection], span: tuple[float, float]) -> list[Moment]:
+    """Return when forged fixes begin in a run over a span, s, and when they are detected."""
+    gnss = None if scenario.aiding is None else scenario.aiding.sensor(Gnss)
+    forged = () if gnss is None else (*gnss.jumps, *gnss.ramps)
+    begun = [(fault.from_s, type(fault).__name__.lower()) for fault in forged if span[0] <= fault.from_s < span[1]]
+    return [*(Moment(begin, kind, f"GNSS {kind} begins") for begin, kind in begun), *map(detected, found)]
+
+
+_TOUCHING = 0.2
+"""Part of a span within which the words of two marks would touch."""
+
+
+def together(some: Iterable[tuple[float, str]], span: tuple[float, float]) -> list[tuple[float, str]]:
+    """Return instants with words in the order of time; words that would touch in a span, s, are joined at the first."""
+    joined = list[tuple[float, str]]()
+    first = 0
+    for time, words in sorted(some):
+        if joined and time - joined[-1][0] < _TOUCHING * (span[1] - span[0]):
+            joined[first] = joined[first][0], f"{joined[first][1]}, {words}"
+            joined.append((time, ""))
+        else:
+            first = len(joined)
+            joined.append((time, words))
+    return joined
+
+
+def places_of(some: Iterable[Moment], path: Trajectory) -> DrawnPath:
+    """Return the true places of moments within a motion, with their words."""
+    named = together([(at, f"{word} {at:g} s") for at, word, _ in some], (path.start, path.end))
+    if not named:
+        return DrawnPath("faults", np.empty(0), np.empty(0), np.empty(0), "refused")
+    state = path.state(np.array([at for at, _ in named]))
+    words = tuple(text for _, text in named)
+    return DrawnPath("faults", state.latitude, state.longitude, state.height, "refused", words)
 
 
 def fault_sentences(numbers: FilterNumbers) -> Iterator[str]:

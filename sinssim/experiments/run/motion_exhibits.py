@@ -388,12 +388,19 @@ def solution_tracks(solutions: Mapping[str, NavSolution]) -> list[Track]:
     return [Track.of(name, s.time, s, color) for (name, s), color in zip(solutions.items(), paint, strict=True)]
 
 
-def motion_map(scenario: Scenario, ellipsoid: Ellipsoid, motion: Track, solutions: Sequence[Track]) -> Charts:
-    """Return the map with the true track and those of the solutions."""
+def motion_map(
+    scenario: Scenario,
+    ellipsoid: Ellipsoid,
+    motion: Track,
+    solutions: Sequence[Track],
+    places: Sequence[tuple[str, float, float]] = (),
+) -> Charts:
+    """Return the map with the true track, those of the solutions, and places with a name, latitude and longitude."""
     motion = replace(motion, color=style.tint(style.COLORS["truth"]) if solutions else "truth")
     outages = () if scenario.aiding is None else scenario.aiding.outages
     note = NOTE.format("true")
-    return track_map([motion, *solutions], ellipsoid, outages=outages, places=named_places(scenario), note=note)
+    places = [*named_places(scenario), *places]
+    return track_map([motion, *solutions], ellipsoid, outages=outages, places=places, note=note)
 
 
 def motion_facts(scenario: Scenario, truth: Truth) -> Table:

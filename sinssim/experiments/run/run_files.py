@@ -21,6 +21,7 @@ from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.exhibits import Item, charts_in
 from sinssim.experiments.run import run_recording as pictures
 from sinssim.experiments.run.error_exhibits import error_charts
+from sinssim.experiments.run.filter_summary import Moment, places_of
 from sinssim.experiments.run.motion_exhibits import motion_charts
 from sinssim.experiments.run.run_recording import PATHS, draw_coordinates, kind_of
 from sinssim.experiments.run.run_streams import coordinate_streams, filter_streams
@@ -56,6 +57,7 @@ if TYPE_CHECKING:
     from sinssim.simulation.navigation_stage import Navigated
     from sinssim.simulation.truth_and_sensors import Sensed
     from sinssim.simulation.truth_comparison import Aided
+    from sinssim.truth.trajectory import Trajectory
 
 
 def about(scenario: Scenario, stages: Stages, status: str, message: str = "") -> RunFacts:
@@ -278,9 +280,12 @@ class RunWriter:
                 self._stream(stream)
             self._draw(self._draw_part, part)
 
-    def filtered(self, aided: Aided, items: Sequence[Item]) -> None:
-        """Write the estimate of a filter and its readings, and what they show."""
+    def filtered(self, aided: Aided, items: Sequence[Item], faults: Sequence[Moment], path: Trajectory | None) -> None:
+        """Write the estimate of a filter and its readings, what they show, and the faults on the true path."""
         self._draw(self._draw_filter, aided, items)
+        self._events += [FlightEvent(at, text) for at, _, text in faults]
+        if path is not None and (places := places_of(faults, path)).words:
+            self._draw(lambda: pictures.draw_line(self._recording, self._scene, places))
         self._draw(streams.give_back_memory)
         for stream in filter_streams(aided):
             self._stream(stream)

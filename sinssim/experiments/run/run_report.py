@@ -22,7 +22,7 @@ from sinssim.experiments.run.error_exhibits import (
     title_of_errors,
 )
 from sinssim.experiments.run.filter_exhibits import filter_exhibits
-from sinssim.experiments.run.filter_summary import sentences
+from sinssim.experiments.run.filter_summary import moments, places_of, sentences
 from sinssim.experiments.run.motion_exhibits import Track, motion_exhibits, motion_facts, motion_map, solution_tracks
 from sinssim.experiments.run.navigation_scheme import axes_exhibits, scheme, scheme_words
 from sinssim.experiments.run.parts.recorded_sensors import after_filter, recorded_errors
@@ -139,7 +139,10 @@ def _simulated(run: Reached | Run, summary: RunSummary, first: FirstSections) ->
         if run.aided is not None:
             solution = run.aided.estimate.solution
             tracks.append(Track.of("aided", solution.time, solution, "aided"))
-        chart = motion_map(scenario, truth.ellipsoid, first.track, tracks)
+        found = summary["filter"]["detections"] if "filter" in summary else []
+        path = truth.trajectory
+        places = places_of(moments(scenario, found, (path.start, path.end)), path)
+        chart = motion_map(scenario, truth.ellipsoid, first.track, tracks, places.named)
         yield Section(title, [Beside([chart, first.facts]), *first.motion], on=_PAGE)
     yield Section("Sensor errors of this run", first.sensors, on=_PAGE)
     yield from first.parts

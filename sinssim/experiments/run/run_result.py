@@ -215,6 +215,11 @@ class DrawnPath:
     color: str
     words: tuple[str, ...] = ()
 
+    @property
+    def named(self) -> list[tuple[str, float, float]]:
+        """The points as a map takes them."""
+        return list(zip(self.words, self.latitude.tolist(), self.longitude.tolist(), strict=True))
+
 
 N = TypeVar("N", covariant=True)
 """The entry of a part in `summary.json`."""

@@ -6,7 +6,7 @@ A number that is not known is None.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NotRequired, TypedDict
+from typing import Literal, NotRequired, TypedDict
 
 Number = float | None
 ErrorNumbers = Mapping[str, Number]
@@ -52,6 +52,14 @@ class SensorNumbers(SensorUse):
     first_refused_s: Number
     verdict: str
     tests: dict[str, Test]
+
+
+class Detection(TypedDict):
+    """When fixes were first withdrawn by the monitor or rejected by the gate in a long series, and those then."""
+
+    time_s: float
+    by: Literal["monitor", "gate"]
+    sensors: list[str]
 
 
 class FaultNumbers(TypedDict):
@@ -163,6 +171,7 @@ class FilterNumbers(TypedDict):
     diagnosis: NotRequired[DiagnosisNumbers]
     sensors: dict[str, SensorNumbers]
     faults: list[FaultNumbers]
+    detections: list[Detection]
     nees: dict[str, StatesTest]
     noise: dict[str, JudgedTest]
     states: dict[str, StateNumbers]

@@ -198,10 +198,11 @@ def test_marks_of_gaps_and_of_faults() -> None:
         (179.5, "no GNSS", False), (230.0, "GNSS again", False),
     ]  # fmt: skip
     faults: Any = {
-        "faults": [{"from_s": 30.0, "to_s": 60.5, "kind": "jump"}, {"from_s": 5.0, "to_s": 99.5, "kind": "ramp"}]
+        "faults": [{"from_s": 30.0, "to_s": 60.5, "kind": "jump"}, {"from_s": 5.0, "to_s": 99.5, "kind": "ramp"}],
+        "detections": [{"time_s": 33.0, "by": "gate", "sensors": ["gnss-position"]}],
     }
-    assert [(m.at, m.text) for m in report.fault_marks(faults, 100.0)] == [
-        (30.0, "jump"), (60.5, "jump ends"), (5.0, "ramp"),
+    assert [(m.at, m.text) for m in report.fault_marks(faults, (0.0, 100.0))] == [
+        (5.0, "ramp"), (30.0, "jump, rejected"), (33.0, ""), (60.5, "jump ends"),
     ]  # fmt: skip
 
 
@@ -210,8 +211,8 @@ def test_the_first_sentence_is_marked_if_it_diverged(
     monkeypatch: pytest.MonkeyPatch, divergence: Any, broken: bool
 ) -> None:
     monkeypatch.setattr(report, "sentences", lambda numbers, diagnosed: ["First & best.", "Second."])
-    of_filter: Any = {"divergence": divergence, "faults": [], "sensors": {}, "nees": {}, "noise": {}, "states": {},
-                      "aided": None, "findings": []}  # fmt: skip
+    of_filter: Any = {"divergence": divergence, "faults": [], "detections": [], "sensors": {}, "nees": {},
+                      "noise": {}, "states": {}, "aided": None, "findings": []}  # fmt: skip
     items = list(report.filter_exhibits(aided(), of_filter, {}, (20.0, 420.0)))
     page = html(*items)
     assert page.startswith(

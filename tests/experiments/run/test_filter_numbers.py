@@ -130,7 +130,7 @@ def test_the_whole_entry() -> None:
             "verdict": "optimistic", "tests": {"NIS": CHI},
         }
     }  # fmt: skip
-    assert found.pop("faults") == []
+    assert found.pop("faults") == found.pop("detections") == []
     second = {"value": 0.9, "lower_95": 0.8, "upper_95": 1.2, "probability": 0.6}
     assert found.pop("nees") == {
         "all states": {"states": 13, "verdict": "optimistic", **CHI},  # one is known exactly
@@ -271,8 +271,8 @@ def numbers(**parts: Any) -> dict[str, Any]:
     sensor = {"verdict": "consistent", "taken": 7, "unused": {}, "readings": 9, "refused": 2, "withdrawn_s": None,
               "tests": {}}  # fmt: skip
     own: dict[str, Any] = {
-        "divergence": None, "faults": [], "consistent": True, "sensors": {"gnss": sensor}, "remarks": [], "hints": [],
-        "nees": {}, "noise": {}, "states": {}, "findings": [],
+        "divergence": None, "faults": [], "detections": [], "consistent": True, "sensors": {"gnss": sensor},
+        "remarks": [], "hints": [], "nees": {}, "noise": {}, "states": {}, "findings": [],
     }  # fmt: skip
     return {**own, **parts}
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -214,7 +215,7 @@ def test_report_shows_the_filter(recorded):
     page = (result.directory / "report.html").read_text(encoding="utf-8")
     section = page[page.index("The aided solution") : page.index("How the run was computed")]
     for words in ("North position error", "Azimuth misalignment, φD", "gnss-velocity innovations [σ]", "NEES per state",
-                  "gyro bias x [deg/h]", "no GNSS", "GNSS again", ">jump<", "inertial, quaternion",
+                  "gyro bias x [deg/h]", "no GNSS", "GNSS again", ">jump, jump ends<", "inertial, quaternion",
                   "smoothed"):  # fmt: skip
         assert words in section
     assert "With the aiding sensors and the filter:" in page[: page.index("The aided solution")]
@@ -360,6 +361,54 @@ def test_what_the_monitor_detects_is_said():
     sensors["gnss-position"]["withdrawn_s"] = 45.0  # before the ramp begins
     (said,) = filter_summary.fault_sentences({"faults": [ramp], "sensors": sensors})
     assert "was not detected by the gate" in said
+
+
+def test_the_first_long_series_of_rejected_fixes_and_their_withdrawal_are_detections():
+    """Twenty in a row are by chance, thirty are not; the first of all fixes counts, and what is no fix does not."""
+
+    def of(kind, *spans, withdrawn=np.inf):
+        accepted = np.ones(200, dtype=bool)
+        for begin, end in spans:
+            accepted[begin:end] = False
+        series = SimpleNamespace(kind=kind, sensor=kind, time=np.arange(200.0), nis=np.ones(200), accepted=accepted)
+        series.withdrawn = withdrawn
+        return series
+
+    found = filter_summary.detections(
+        [of("gnss-position", (20, 40), (60, 100), (120, 180), withdrawn=190.0), of("gnss-velocity", (60, 90)),
+         of("baro-height", (10, 150))]
+    )  # fmt: skip
+    assert found == [
+        {"time_s": 60.0, "by": "gate", "sensors": ["gnss-position", "gnss-velocity"]},
+        {"time_s": 190.0, "by": "monitor", "sensors": ["gnss-position"]},
+    ]
+    assert [filter_summary.detected(one)[1:] for one in found] == [
+        ("rejected", "rejected by the gate: gnss-position and gnss-velocity"),
+        ("withdrawn", "withdrawn by the monitor: gnss-position"),
+    ]
+
+
+def test_a_detection_is_in_every_medium(tmp_path):
+    """A ramp that the gate rejects from its first fix on: numbers, marks, events, and the true place on the maps."""
+    gnss = {"ramps": [{"from_s": 40.0, "north_mps": 80.0}, {"from_s": 200.0, "north_mps": 1.0}]}  # one after the end
+    result = run(scenario(aiding={"gnss": gnss, "baro": {}}, filter={}), tmp_path / "run")
+    (found,) = result.summary["filter"]["detections"]
+    assert found == {"time_s": 40.0, "by": "gate", "sensors": ["gnss-velocity"]}  # at once; its position is near yet
+    page = (result.directory / "report.html").read_text(encoding="utf-8")
+    assert page.count(">ramp, rejected<") >= 9 + 2  # above the bands and the innovations
+    assert ">ramp 40 s, rejected 40 s<" in page[: page.index("The aided solution")]
+    events = pq.read_table(result.directory / "streams" / "events.parquet").to_pydict()
+    assert [text for text in events["text"] if "leg" not in text] == [
+        "GNSS ramp begins", "rejected by the gate: gnss-velocity",
+    ]  # fmt: skip
+    placed = filter_summary.places_of(
+        filter_summary.moments(result.scenario, [found], (0.0, 100.0)), result.truth.trajectory
+    )
+    at = result.truth.trajectory.state(np.array([40.0, 40.0]))
+    np.testing.assert_array_equal(placed.latitude, at.latitude)
+    assert {"/map/faults", "/world/faults"} <= {
+        str(chunk.entity_path) for chunk in RrdReader(result.directory / "recording.rrd").stream()
+    }
 
 
 def test_every_reading_that_is_not_used_has_its_reason(tmp_path, recorded):

@@ -17,6 +17,7 @@ from sinssim.earth.transverse_route import route_pole
 from sinssim.errors import RunError
 from sinssim.exhibits import Sentence
 from sinssim.experiments.run import run_files
+from sinssim.experiments.run.filter_summary import Moment
 from sinssim.experiments.run.run_result import Part
 from sinssim.truth.sampling import FlightEvent
 
@@ -288,7 +289,7 @@ def test_a_filter_and_the_end(tmp_path: Path, opened: Opened) -> None:
     shares: list[float] = []
     made = begun(tmp_path)
     shown = [Sentence("About the filter."), *chart_of("filter", opened)()]
-    made.filtered(aided, shown)
+    made.filtered(aided, shown, [Moment(50.5, "rejected", "it is seen")], None)
     made.finish([Sentence("The table.")], shares.append)
     assert ("document", "about/filter", "About the filter.\n") in opened.calls
     assert ("document", "about/summary", "The table.\n") in opened.calls
@@ -296,8 +297,8 @@ def test_a_filter_and_the_end(tmp_path: Path, opened: Opened) -> None:
     assert [call[1] for call in of(opened, "series")] == ["motion_charts", "filter"]
     (path,) = of(opened, "draw_path")
     assert path[2:] == ("aided", "solution", run_files.style.COLORS["aided"])
-    expected = ((50.125, "the filter diverged: it is lost"), (51.0, "turns"))
-    assert of(opened, "events") == [("events", expected[1]), ("events", expected[0])]  # those of the motion at once
+    expected = ((50.125, "the filter diverged: it is lost"), (50.5, "it is seen"), (51.0, "turns"))
+    assert of(opened, "events") == [("events", expected[2]), ("events", *expected[:2])]  # those of the motion at once
     assert of(opened, "events written") == [("events written", *expected)]
     assert shares[-1] == 1.0
     assert sorted(shares) == shares

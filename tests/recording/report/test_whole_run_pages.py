@@ -27,7 +27,7 @@ ARCSEC, PPM = np.pi / 648_000.0, 1e-6
 
 
 def run_of(**more: Any) -> Any:
-    scenario = SimpleNamespace(name="<s>", description="d", track=None, flight=None,
+    scenario = SimpleNamespace(name="<s>", description="d", track=None, flight=None, aiding=None,
                                to_toml=lambda about: f"{about} < 2\n", imu=None)  # fmt: skip
     return SimpleNamespace(**{"scenario": scenario, "aided": None, "about_filter": "x", "parts": {},
                               "truth": SimpleNamespace(time=np.array([50.0, 60.0, 350.0])), **more})  # fmt: skip
@@ -67,7 +67,7 @@ def parts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(report, "note_on_errors", lambda: Sentence("(note)"))
     monkeypatch.setattr(report, "scheme", lambda scenario: "scheme")
     monkeypatch.setattr(report, "scheme_words", lambda scenario: "words")
-    monkeypatch.setattr(report, "motion_map", lambda scenario, ellipsoid, motion, tracks: Sentence(
+    monkeypatch.setattr(report, "motion_map", lambda scenario, ellipsoid, motion, tracks, places: Sentence(
         f"map of {[track.name for track in tracks]} on {ellipsoid}"))  # fmt: skip
 
 
@@ -77,7 +77,9 @@ def summary(**more: Any) -> Any:
 
 
 def truth() -> Truth:
-    return Truth(SimpleNamespace(ellipsoid="ellipsoid"), None, 1.0, np.array([50.0, 60.0, 350.0]))  # type: ignore[arg-type]
+    return Truth(
+        SimpleNamespace(ellipsoid="ellipsoid", start=50.0, end=350.0), None, 1.0, np.array([50.0, 60.0, 350.0])
+    )  # type: ignore[arg-type]
 
 
 @pytest.mark.usefixtures("parts")
@@ -85,7 +87,7 @@ def test_a_run_with_everything() -> None:
     places = SimpleNamespace(time=np.zeros(1), latitude=np.zeros(1), longitude=np.zeros(1))
     aided = SimpleNamespace(estimate=SimpleNamespace(solution=places))
     run = run_of(aided=aided, parts=PARTS, truth=truth())
-    assert page(run, summary(filter={}), EVERY) == [
+    assert page(run, summary(filter={"detections": []}), EVERY) == [
         "<h1>&lt;s&gt;</h1>", '<p class="lead">d<br></p>', "<p>(remarks)</p>", "<h2>Motion</h2>",
         "<p>flight</p>",
         "<h2>Sensor errors of this run</h2>", "<p>sensors</p>", "<p>parts</p>", "<h2>Navigation errors</h2>",
@@ -94,7 +96,7 @@ def test_a_run_with_everything() -> None:
         "<h2>Singular attitudes</h2>", PASSAGES, "<h2>The aided solution</h2>",
         "<p>(filter_exhibits (50.0, 350.0))</p>", "<h2>After filter</h2>", "<p>Of filter.</p>", *LAST,
     ]  # fmt: skip
-    whole = page_of(report.run_exhibits(run, summary(filter={}), EVERY))
+    whole = page_of(report.run_exhibits(run, summary(filter={"detections": []}), EVERY))
     assert "map of ['poisson', 'aided'] on ellipsoid" in whole.replace("&#x27;", "'")
     assert "<title>&lt;s&gt;: run</title>" in whole
     alone = run_of(truth=truth())

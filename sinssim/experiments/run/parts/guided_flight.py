@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 from sinssim.charts import PAIR, Axis, Chart, Charts, Line, Mark, over
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.exhibits import Column, Item, Medium, Sentence, Table
+from sinssim.experiments.run.filter_exhibits import marks_of
+from sinssim.experiments.run.filter_summary import Moment, detections, moments, places_of
 from sinssim.experiments.run.motion_exhibits import NOTE, Track, track_map
 from sinssim.experiments.run.parts.phases import phases_of
 from sinssim.experiments.run.run_result import DrawnPath, Part
-from sinssim.formatting import listed, number_text
+from sinssim.formatting import listed, number_text, signed
 from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import thinned
 from sinssim.simulation.closed_loop import air_sensors, to_go
@@ -374,6 +376,11 @@ class OffPath(Part[PathNumbers]):
         """Yield whether the corridors are kept, and the errors by leg for the console."""
         yield from self._verdicts()
         yield self._table(("console",))
+        for time, _, text in self._faults():
+            row = int(np.searchsorted(self.errors.time, time))
+            if row < len(self.errors.time) and np.isfinite(self.errors.tse[row, 0]):
+                total, navigation = (signed(float(of[row, 0])) for of in (self.errors.tse, self.errors.nse))
+                yield Sentence(f"At {time:g} s ({text}): across the planned path TSE {total} m, NSE {navigation} m.")
 
     def _verdicts(self) -> Iterator[Sentence]:
         """Yield a sentence for each required navigation performance."""
@@ -445,8 +452,15 @@ class OffPath(Part[PathNumbers]):
                 Line(label=name, x=errors.time, y=values[:, column], color=name.lower())
                 for name, values in lines.items()
             ]
+            marks += marks_of([(time, word) for time, word, _ in self._faults()], (errors.time[0], errors.time[-1]))
             yield Chart(key=f"planned_path/{key}", title=title, x=x, y=Axis(units=LENGTH_SCALE, least=1e-3),
                         marks=(*marks, *(self._limits() if column == 0 else ())))  # fmt: skip
+
+    def _faults(self) -> list[Moment]:
+        """Return when forged fixes begin and are detected, once the filter has run."""
+        found = [] if self.aided is None else detections(self.aided.estimate.innovations)
+        path = _flown(self.run).trajectory
+        return moments(self.run.scenario, found, (path.start, path.end))
 
     def _limits(self) -> Iterator[Line]:
         """Yield the edges of the corridors over time; far ones do not widen the chart."""
@@ -475,6 +489,7 @@ class OffPath(Part[PathNumbers]):
             tracks.append(Track("" if rnp in named else f"RNP {rnp:g}", latitude, latitude, longitude, "corridor"))
             named.add(rnp)
         places = [(_missed_words(m), m.latitude, m.longitude) for m in self._missed()]
+        places += places_of(self._faults(), truth.trajectory).named
         return track_map(tracks, truth.ellipsoid, places=places, note=NOTE.format("true"))
 
     def _missed(self) -> list[Missed]:
