@@ -327,7 +327,7 @@ Pace = Annotated[
 ]
 Listen = Annotated[
     str | None,
-    typer.Option("--listen", metavar="PLACE", help="Score the solutions that arrive at udp://HOST:PORT."),
+    typer.Option("--listen", metavar="PLACE", help="Score the solutions that arrive at udp:// or tcp://HOST:PORT."),
 ]
 Network = Annotated[bool, typer.Option("--allow-network", help="Allow places that are not on this machine.")]
 LargestRate = Annotated[
@@ -369,7 +369,7 @@ def stream(
     from sinssim.experiments.run.stream_packets import FORMS, readings_of
 
     place = place_of(to, "--to", ("udp", "tcp", "pty"), allow_network=network)
-    heard = None if listen is None else place_of(listen, "--listen", ("udp",), allow_network=network)
+    heard = None if listen is None else place_of(listen, "--listen", ("udp", "tcp"), allow_network=network)
     factor = pace_of(pace)
 
     def opened(device: str) -> None:

@@ -7,6 +7,7 @@ import ipaddress
 import json
 import math
 import os
+import select
 import socket
 import threading
 import time
@@ -103,36 +104,81 @@ def _address(place: Place, kind: socket.SocketKind) -> tuple[socket.AddressFamil
 
 
 class Listener:
-    """Collects the datagrams that arrive at a place; a context manager."""
+    """Collects what arrives at a place: datagrams, or what each connection brings; a context manager."""
 
-    def __init__(self, place: Place) -> None:
-        """Listen from now on."""
-        self.place, self.answers, self._last = place, list[bytes](), time.monotonic()
-        self.family, address = _address(place, socket.SOCK_DGRAM)
-        self.socket = socket.socket(self.family, socket.SOCK_DGRAM)
+    def __init__(self, place: Place, to: Place) -> None:
+        """Listen from now on; if packets go to the same place by a connection, to that, once it is made (`hear`)."""
+        self.place, self._heard, self._last = place, list[bytearray](), time.monotonic()
+        self._over, self._threads = threading.Event(), list[threading.Thread]()
+        kind = socket.SOCK_DGRAM if place.scheme == "udp" else socket.SOCK_STREAM
+        self.family, address = _address(place, kind)
+        self.socket = socket.socket(self.family, kind)
+        self.answers_back = kind == socket.SOCK_STREAM and place == to
+        if self.answers_back:
+            return
         try:
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER)
+            if kind == socket.SOCK_STREAM:
+                self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             self.socket.bind(address)
+            if kind == socket.SOCK_STREAM:
+                self.socket.listen()
         except OSError as error:
             self.socket.close()
             raise InputError(f"--listen {place}: {error.strerror}; another program may use it.") from error
-        self.socket.settimeout(0.1)
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._hear, name="answers", daemon=True)
-        self._thread.start()
+        self._start(self._datagrams if kind == socket.SOCK_DGRAM else self._connections)
 
-    def _hear(self) -> None:
+    def hear(self, link: socket.socket) -> None:
+        """Collect what a connection brings."""
+        self._start(lambda: self._stream(link))
+
+    def _start(self, work: Callable[[], None]) -> None:
+        self._threads.append(threading.Thread(target=work, name="answers", daemon=True))
+        self._threads[-1].start()
+
+    def _ready(self, link: socket.socket) -> bool:
+        return bool(select.select([link], [], [], 0.1)[0])
+
+    def _datagrams(self) -> None:
         while not self._over.is_set():
             with suppress(OSError):
-                self.answers.append(self.socket.recv(_DATAGRAM))
-                self._last = time.monotonic()
+                if self._ready(self.socket):
+                    self._heard.append(bytearray(self.socket.recv(_DATAGRAM)))
+                    self._last = time.monotonic()
+
+    def _connections(self) -> None:
+        """Collect what connections bring, one after another."""
+        while not self._over.is_set():
+            if self._ready(self.socket):
+                with self.socket.accept()[0] as link:
+                    self._stream(link)
+
+    def _stream(self, link: socket.socket) -> None:
+        heard = bytearray()
+        self._heard.append(heard)
+        with suppress(OSError, ValueError):  # it fails, or is closed here
+            while not self._over.is_set():
+                if self._ready(link):
+                    if not (more := link.recv(_DATAGRAM)):
+                        return
+                    heard += more
+                    self._last = time.monotonic()
+
+    @property
+    def answers(self) -> list[bytes]:
+        """The datagrams, and of connections the lines of JSON or all messages of the protocol."""
+        if self.place.scheme == "udp":
+            return [bytes(heard) for heard in self._heard]
+        parts = (heard.splitlines() if heard.lstrip().startswith(b"{") else [heard] for heard in self._heard)
+        return [bytes(answer) for of_connection in parts for answer in of_connection if answer]
 
     def __enter__(self) -> Listener:
         return self
 
     def __exit__(self, *_: object) -> None:
         self._over.set()
-        self._thread.join()
+        for thread in self._threads:
+            thread.join()
         self.socket.close()
 
     def wait(self) -> None:
@@ -146,7 +192,8 @@ class Listener:
 def outlet(place: Place, listener: Listener | None, opened: Callable[[str], None]) -> Iterator[Callable[[bytes], bool]]:
     """Yield a function that sends bytes to a place, and returns whether they were taken.
 
-    Datagrams come from the address of the listener, if there is one, so that they can be answered.
+    Datagrams come from the address of the listener, if there is one, so that they can be answered; a listener at the
+    same place as a connection hears what comes back by that.
 
     Args:
         opened: is told the name of a pseudo-terminal's device.
@@ -157,7 +204,7 @@ def outlet(place: Place, listener: Listener | None, opened: Callable[[str], None
         return
     datagrams = place.scheme == "udp"
     family, address = _address(place, socket.SOCK_DGRAM if datagrams else socket.SOCK_STREAM)
-    if datagrams and listener is not None and listener.family == family:
+    if datagrams and listener is not None and (listener.place.scheme, listener.family) == ("udp", family):
         yield _datagrams(listener.socket, address)
         return
     with socket.socket(family, socket.SOCK_DGRAM if datagrams else socket.SOCK_STREAM) as link:
@@ -169,6 +216,8 @@ def outlet(place: Place, listener: Listener | None, opened: Callable[[str], None
         except OSError as error:
             raise RunError(f"{place} does not take a connection: {error.strerror}.") from error
         link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        if listener is not None and listener.answers_back:
+            listener.hear(link)
         yield _all_of(link)
 
 
@@ -325,13 +374,13 @@ def send_at_pace(
 def exchange(
     packets: Iterable[Packet], place: Place, listen: Place | None, pace: float, opened: Callable[[str], None]
 ) -> tuple[Tally, list[bytes]]:
-    """Send packets to a place, and return what was sent and the datagrams that came to another.
+    """Send packets to a place, and return what was sent and the answers that came to another, or back by a connection.
 
     Args:
         opened: is told the name of a pseudo-terminal's device.
     """
     with (
-        nullcontext() if listen is None else Listener(listen) as listener,
+        nullcontext() if listen is None else Listener(listen, place) as listener,
         outlet(place, listener, opened) as send,
     ):
         tally = send_at_pace(packets, send, pace)

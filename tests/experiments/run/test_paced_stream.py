@@ -409,6 +409,42 @@ def test_a_navigators_answers_are_scored(place: Path, capsys: pytest.CaptureFixt
     assert answers["errors"]["max_attitude_error_arcsec"] < 1e-6
 
 
+@pytest.mark.parametrize("back", [True, False])
+def test_answers_come_by_a_connection(place: Path, back: bool, capsys: pytest.CaptureFixture[str]) -> None:
+    """By that of the packets in the binary protocol, or by one of its own in lines of JSON: 2e-6 rad of latitude
+    are 12.72 m."""
+    truth = RecordedRun(place).table("truth")
+    navigator, other = socket.create_server((LOOPBACK, 0)), socket.create_server((LOOPBACK, 0))
+    port = other.getsockname()[1]
+    other.close()
+    to = f"tcp://{LOOPBACK}:{navigator.getsockname()[1]}"
+
+    def navigate() -> None:
+        rows = [{column: float(values[k]) for column, values in truth.items()} for k in range(50, 601, 50)]
+        with navigator.accept()[0] as link, link if back else socket.create_connection((LOOPBACK, port)) as answer:
+            if back:
+                answer.sendall(b"SINSSIM\0" + struct.pack("<II", 1, 0))
+            for row in rows:
+                row["latitude_rad"] += 2e-6
+                line = json.dumps(row).encode() + b"\n"
+                data = struct.pack(f"<HHI{len(row)}d", 6, 0, 8 * len(row), *row.values()) if back else line
+                for part in (data[:7], data[7:]):  # as they may come
+                    link.recv(1024)
+                    answer.sendall(part)
+            while link.recv(65536):
+                pass
+
+    thread = threading.Thread(target=navigate, daemon=True)
+    thread.start()
+    listen = to if back else f"tcp://{LOOPBACK}:{port}"
+    assert call("stream", str(place), "--to", to, "--as", "json", "--pace", "20", "--listen", listen, "--json") == 0
+    thread.join(20.0)
+    navigator.close()
+    answers = json.loads(capsys.readouterr().out)["answers"]
+    assert (answers["rows"], answers["left_out"]) == (12, 0)
+    assert answers["errors"]["rms_horizontal_error_m"] == pytest.approx(12.716, abs=0.01)
+
+
 def test_binary_answers(of: Streamed) -> None:
     """Solutions of the protocol count once, in the order of their times, whatever the order of the datagrams."""
     truth = of.run.table("truth")
@@ -455,7 +491,7 @@ def test_a_scenario_is_computed_first(capsys: pytest.CaptureFixture[str]) -> Non
         (("one_component",), "one component"),
         (("RUN", "--set", "seed=3"), "computed already"),
         (("RUN", "--rate", "-1"), "--rate -1"),
-        (("RUN", "--listen", "tcp://127.0.0.1:5"), "is none of udp://HOST:PORT"),
+        (("RUN", "--listen", "pty:"), "is none of udp://HOST:PORT, tcp://HOST:PORT"),
         (("RUN", "--start", "soon"), "'soon' is not a date"),
     ],
 )
