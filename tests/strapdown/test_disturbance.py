@@ -128,5 +128,5 @@ def test_the_exact_drift_begins_with_its_series(samples: int, previous: bool, b:
     alpha, rate, interval = 1e-5, 30.0, 0.2 / 30.0
     lead = leading_drift_under_coning(samples, alpha, rate, interval, previous)
     assert drift_under_coning(samples, alpha, rate, interval, previous) == pytest.approx(
-        -lead * (1.0 - b * 0.04), rel=1e-3
+        -lead * (1.0 - b * 0.04), rel=1e-3, abs=0.0
     )
