@@ -12,7 +12,7 @@ import pytest
 from matplotlib.collections import LineCollection
 
 import sinssim
-from sinssim.charts import Axis, Chart, Charts, Dots
+from sinssim.charts import Axis, Chart, Charts, Dots, Line
 from sinssim.errors import InputError
 from sinssim.recording import style
 from sinssim.recording.figures import figure_of, new_figure, save, styled, to_png
@@ -51,6 +51,18 @@ def test_error_bars_are_in_the_unit_of_their_axis() -> None:
     (axes,) = figure_of(Charts("k", ((chart,),), (3.0, 2.0))).axes
     (bars,) = (part for part in axes.collections if isinstance(part, LineCollection))
     np.testing.assert_allclose(bars.get_segments(), [[[1.7, 0.5], [2.3, 0.5]]], rtol=1e-14)
+
+
+def test_dots_have_their_diameter_and_lines_their_weight() -> None:
+    """The size of a dot is the square of its diameter in points; a usual line is 1.5 px = 1.125 points wide."""
+    ends, weights = np.array([0.0, 1.0]), {"broad": 6.75, "wide": 3.9375, "bold": 2.25, "line": 1.125, "thin": 0.8}
+    dots = Dots(x=ends, y=ends, size=3.0)
+    lines = (Line(x=ends, y=ends, weight=weight, marker="o") for weight in weights)  # type: ignore[arg-type]
+    chart = Chart(key="k", x=Axis(), y=Axis(), marks=(dots, *lines))
+    (axes,) = figure_of(Charts("k", ((chart,),), (3.0, 2.0))).axes
+    assert [part.get_sizes().tolist() for part in axes.collections] == [[9.0]]
+    assert [line.get_linewidth() for line in axes.lines] == pytest.approx([*weights.values()])
+    assert {line.get_markersize() for line in axes.lines} == {5.0}
 
 
 def test_one_figure_as_svg_png_and_pdf(tmp_path: Path) -> None:

@@ -270,6 +270,9 @@ def test_the_cloud_of_positions() -> None:
     assert [values_of(drawn.fixed[f"ensemble/cloud/{key}"].colors)[0] >> 8 for key in ("cep", "r95", "runs")] == [
         0x009E73, 0x0072B2, 0x969696,
     ]  # fmt: skip
+    radii = {key: values_of(drawn.fixed[f"ensemble/cloud/{key}"].radii) for key in ("runs", "cep", "r95", "axes")}
+    points = {key: -value[0] for key, value in radii.items()}  # those in points of the screen are negative
+    assert points == pytest.approx({"runs": 1.6, "cep": 1.2, "r95": 1.2, "axes": 0.5})
     words = drawn.fixed["ensemble/cloud/words"]
     assert values_of(words.labels) == ["east", "north"]
     np.testing.assert_allclose(values_of(words.positions), [[105.0, 0.0], [0.0, -105.0]], rtol=1e-6)
