@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -313,6 +314,14 @@ def test_what_is_not_navigated_is_true() -> None:
     """A navigator with an error in position alone does not guide by attitude."""
     _, guided = closed_loop(plan(initial={"east_m": 200.0}, quantities=("attitude", "velocity", "height")))
     assert guided.moved[0] < 0.5
+
+
+def test_whose_air_data_the_autopilot_sees_is_said(drifted: sinssim.Run) -> None:
+    part = drifted.parts["guidance"]
+    assert part.entry["seen"] == {"airspeed": "true", "height": "solution"}
+    said = next(replace(part, entry={**part.entry, "seen": {"airspeed": "sensor", "height": "sensor"}}).brief({}))
+    assert "a perfect navigator with perfect air data would have taken it" in said.text
+    assert "Its airspeed is that of [aiding.airspeed], its height that of [aiding.baro]." in said.text
 
 
 def test_the_console_and_the_report_tell_it(drifted: sinssim.Run, capsys: pytest.CaptureFixture[str]) -> None:

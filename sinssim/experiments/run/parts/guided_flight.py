@@ -181,10 +181,11 @@ class Guidance(Part[GuidanceNumbers]):
     def brief(self, algorithms: Mapping[str, ErrorNumbers]) -> Iterator[Item]:
         """Yield where the flight went, for the console."""
         entry = self.entry
+        air = " with perfect air data" if "sensor" in entry["seen"].values() else ""
         yield Sentence(
             f"The flight follows {entry['source']}: at its end it is {number_text(entry['displacement_end_m'])} m from "
-            f"where a perfect navigator would have taken it, at most {number_text(entry['displacement_max_m'])} m. "
-            f"{_air_words(entry)}",
+            f"where a perfect navigator{air} would have taken it, at most "
+            f"{number_text(entry['displacement_max_m'])} m. {_air_words(entry)}",
             on=("console",),
         )
         yield from self._early(("console",))
