@@ -413,29 +413,45 @@ def test_by_passes_and_by_sections(settings: list[str]) -> None:
     assert apart(path, other) < 1e-2
 
 
-@pytest.mark.slow
-def test_a_heading_error_turns_the_true_track() -> None:
-    """From rest on the equator to the north: 300 km with 0.1° miss the waypoint by 524 m to the left.
+@pytest.mark.parametrize(("distance_m", "followed", "settings"), [
+    (30e3, 0.05, ["flight.legs.2.altitude_m=800", "flight.legs.3.latitude_deg=-1.0787", "imu.rate_hz=20"]),
+    *slow((300e3, 0.02, list[str]())),
+])  # fmt: skip
+def test_a_heading_error_turns_the_true_track(distance_m: float, followed: float, settings: list[str]) -> None:
+    """From rest on the equator to the north: 0.1° over 300 km miss the waypoint by 524 m to the left.
 
-    There the Earth's rate, resolved by the wrong heading, causes errors along the track alone.
+    There the Earth's rate, resolved by the wrong heading, causes errors along the track alone. On the short way, the
+    autopilot follows a believed path 1.3 m to the right of the planned one.
     """
-    scenario = Scenario.model_validate(
-        {
-            "name": "equator",
-            "flight": {
-                "aircraft": "737",
-                "start": {"on": "runway", "latitude_deg": -1.35, "longitude_deg": 10.0},
-                "guidance": {"source": "quaternion"},
-                "legs": [{"type": "take_off"}, {"type": "climb", "altitude_m": 6000.0},
-                         {"type": "waypoint", "latitude_deg": 1.3633, "longitude_deg": 10.0}],
-            },
-            "imu": {"grade": "ideal"},
-            "navigation": {"algorithms": ["quaternion"], "vertical": "truth", "initial_error": {"heading_arcmin": 6.0}},
-        }
-    )  # fmt: skip
-    run = sinssim.run(scenario)
+    run = sinssim.run(load_scenario("heading_error", settings))
+    assert isinstance(run, sinssim.Run)
     (miss,) = run.parts["guidance"].entry["waypoints"]
-    assert miss["right_m"] == pytest.approx(-300e3 * math.radians(0.1), rel=0.01)
+    assert miss["right_m"] == pytest.approx(-distance_m * math.radians(0.1), rel=0.01)
     errors = run.parts["planned_path"].errors
     last = np.flatnonzero(errors.leg == 2)[-1]
-    assert errors.tse[last, 0] == pytest.approx(-300e3 * math.radians(0.1), rel=0.02)
+    assert errors.tse[last, 0] == pytest.approx(-distance_m * math.radians(0.1), rel=followed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(1, 7))
+def test_a_drag_off_displaces_the_aircraft_against_what_it_believes(seed: int) -> None:
+    """2 m/s over the time of the ramp, if nothing rejects it: the autopilot holds the believed track within some 10 m,
+    so the true one is displaced as far to the other side. The gate rejects it from its first velocities on; the
+    monitor alone withdraws the fixes before 60 s of it are over."""
+
+    def flown(*settings: str) -> tuple[Any, Any, float]:
+        run = sinssim.run(load_scenario("spoofed_airliner", [f"seed={seed}", *settings]))
+        assert isinstance(run, sinssim.Run)
+        errors, summary = run.parts["planned_path"].errors, run.summary["filter"]
+        return errors, summary, 2.0 * float(errors.time[-1] - 400.0)
+
+    errors, summary, forged = flown("filter.gate=0")
+    assert summary["faults"][0]["refused"] == 0
+    assert errors.nse[-1, 0] == pytest.approx(forged, rel=0.03)
+    assert errors.tse[-1, 0] == pytest.approx(-forged, rel=0.03, abs=10.0)
+    errors, summary, _ = flown()
+    assert summary["faults"][0]["first_refused_s"] <= 402.0
+    assert np.abs(errors.tse[-1, 0]) < 60.0
+    errors, summary, forged = flown("filter.gate=0", "filter.monitor_s=60")
+    assert 400.0 < summary["sensors"]["gnss-velocity"]["withdrawn_s"] < 460.0
+    assert np.abs(errors.tse[-1, 0]) < 0.5 * forged

@@ -203,6 +203,13 @@ else:
 _SCALE, _SPAN = 533.0, 20.0  # scale of turbulence above 2000 ft (MIL-F-8785C), and a medium wing span, m
 
 
+Fuel = Annotated[float, Field(gt=0.0)]
+_FUEL: Any = Field(
+    default=None,
+    description="fuel at the start, the same share of the capacity of each tank; default: that of the model",
+)
+
+
 class AirStart(Section):
     """The flight begins in the air, in trimmed straight and level flight."""
 
@@ -214,6 +221,7 @@ class AirStart(Section):
     airspeed_kt: Airspeed | None = Field(
         default=None, description="calibrated airspeed; default: the aircraft's cruise airspeed"
     )
+    fuel_kg: Fuel | None = _FUEL
 
 
 class RunwayStart(Section):
@@ -229,6 +237,7 @@ class RunwayStart(Section):
     engines: Literal["running", "off"] = Field(
         default="running", description='engines at the start; "off": the first taxi or take_off starts them'
     )
+    fuel_kg: Fuel | None = _FUEL
 
 
 Start = Annotated[AirStart | RunwayStart, Field(discriminator="on")]

@@ -33,6 +33,7 @@ STEP = 1.0 / 120.0
 
 _SETTLING = 30.0  # time for the gear to come to rest before the log begins [s]
 
+_POUND = 0.45359237  # kg
 _PSF = 4.4482216152605 / 0.3048**2  # a pound-force per square foot [Pa]
 
 # Properties set by JSBSim's trim.
@@ -89,8 +90,8 @@ def model_folder(name: str, model: str) -> Path:
     )
 
 
-def loaded_model(name: str, aircraft: Aircraft, folder: str) -> Any:
-    """Load an aircraft's flight dynamics model with its changes, and return JSBSim's executive.
+def loaded_model(name: str, aircraft: Aircraft, folder: str, fuel: float | None = None) -> Any:
+    """Load an aircraft's flight dynamics model with its changes and its fuel, kg, and return JSBSim's executive.
 
     The model is copied into an empty folder without its sockets and log files, so that nothing outside affects the
     flight.
@@ -117,6 +118,8 @@ def loaded_model(name: str, aircraft: Aircraft, folder: str) -> Any:
             if not text:
                 parent = next(parent for parent in tree.getroot().iter() if element in parent)
                 parent.remove(element)
+    if fuel is not None:
+        _fill(tree.getroot().findall("propulsion/tank"), fuel, model.name)
     tree.write(definition, encoding="utf-8", xml_declaration=True)
     executive = jsbsim.FGFDMExec(str(root))
     executive.set_debug_level(0)
@@ -124,6 +127,21 @@ def loaded_model(name: str, aircraft: Aircraft, folder: str) -> Any:
         raise InputError(f"JSBSim cannot load the model {model}.")
     executive.set_dt(STEP)
     return executive
+
+
+def _fill(tanks: list[ElementTree.Element], fuel: float, model: str) -> None:
+    """Fill the tanks of a model with kilograms of fuel, each to the same share of its capacity."""
+    filled = list[tuple[ElementTree.Element, float]]()
+    for tank in tanks:
+        capacity, contents = tank.find("capacity"), tank.find("contents")
+        if capacity is not None and contents is not None:
+            filled.append((contents, float(capacity.text or 0.0) * (1.0 if capacity.get("unit") == "KG" else _POUND)))
+    most = sum(holds for _, holds in filled)
+    if fuel > most:
+        raise InputError(f"flight.start.fuel_kg = {fuel:g}: the tanks of the model {model} hold {most:.0f} kg.")
+    for contents, holds in filled:
+        contents.text = repr(holds * fuel / most)
+        contents.set("unit", "KG")
 
 
 def bring_to_start(executive: Any, flight: FlightPlan, aircraft: Aircraft, seed: int) -> None:

@@ -201,7 +201,7 @@ def fly_plan(
     check_landing(flight.legs, flight.aircraft, aircraft.performance)
     with quiet() as messages, Draft() as own_folder:
         try:
-            executive = loaded_model(flight.aircraft, aircraft, str(own_folder.path))
+            executive = loaded_model(flight.aircraft, aircraft, str(own_folder.path), flight.start.fuel_kg)
             bring_to_start(executive, flight, aircraft, seed)
         except jsbsim.BaseError as error:
             output = " ".join(" ".join(messages[1:]).split())

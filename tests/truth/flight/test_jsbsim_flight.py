@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from sinssim.errors import InputError
 from sinssim.truth.flight import jsbsim_simulation
+from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.flight_log import FlightLog, flight_log
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.jsbsim_simulation import fly_plan
@@ -528,3 +529,30 @@ def test_model_that_is_not_xml_is_named(tmp_path: Path) -> None:
 def test_flight_that_is_over_at_once_is_refused() -> None:
     with pytest.raises(InputError, match=r"over after 0\.20 s, at the end of leg 1 \(hold\)"):
         fly_plan(plan("737", {"type": "hold", "duration_s": 0.2}))
+
+
+def test_fuel_at_the_start(tmp_path: Path) -> None:
+    """The weight grows by that of the fuel; the tanks of the 737 hold 35,400 lb, of which the model fills 24,000."""
+    weights = []
+    for fuel in (None, 16000.0):
+        folder = tmp_path / str(fuel)
+        folder.mkdir()
+        executive = jsbsim_simulation.loaded_model("737", load_aircraft("737"), str(folder), fuel)
+        executive.run_ic()
+        executive.run()
+        weights.append(0.45359237 * executive["inertia/weight-lbs"])
+    assert weights[1] - weights[0] == pytest.approx(16000.0 - 24000.0 * 0.45359237, abs=1.0)
+    with pytest.raises(InputError, match=r"flight\.start\.fuel_kg = 16100: the tanks of the model 737 hold 16057 kg"):
+        fly_plan(
+            plan(
+                "737",
+                {"type": "hold", "duration_s": 1.0},
+                start={
+                    "on": "air",
+                    "latitude_deg": 48.0,
+                    "longitude_deg": 11.0,
+                    "altitude_m": 6000.0,
+                    "fuel_kg": 16100.0,
+                },
+            )
+        )
