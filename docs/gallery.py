@@ -1,6 +1,6 @@
 """Draw the pictures of docs/gallery.md from shipped scenarios: `python docs/gallery.py` writes docs/images/gallery.
 
-It flies some scenarios and takes about two minutes; flights that are kept are not flown again.
+It flies some scenarios and takes about three minutes; flights that are kept are not flown again.
 """
 
 from __future__ import annotations
@@ -45,8 +45,30 @@ def budget() -> Any:
     return sinssim.budget(sinssim.load_scenario("first_flight")).plot()
 
 
+def spoofed_airliner() -> Any:
+    """The planned, the believed and the true path of a flight whose receiver is dragged off."""
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(figsize=(10.0, 4.5), layout="constrained")
+    for settings, colour, name in ((["filter.gate=0"], "C3", "without gate"), ([], "C0", "with gate")):
+        run = sinssim.run(sinssim.load_scenario("spoofed_airliner", settings))
+        errors, fault = run.parts["planned_path"].errors, run.summary["filter"]["faults"][0]
+        axes.plot(errors.time, errors.tse[:, 0], colour, label=f"true path, {name}")
+        axes.plot(errors.time, errors.fte[:, 0], colour, linestyle="--", label=f"believed path, {name}")
+        if (seen := fault["first_refused_s"]) is not None:
+            row = int(abs(errors.time - seen).argmin())
+            text = f"the gate rejects the first forged fix, at {seen:.0f} s"
+            axes.plot(seen, errors.tse[row, 0], "o", color=colour, label=text)
+    axes.axhline(0.0, color="black", linewidth=1.0, label="planned path")
+    axes.axvline(400.0, color="grey", linestyle=":", label="the drag-off begins, at 400 s")
+    axes.set(title="spoofed_airliner: 2 m/s along and across", xlabel="time, s", ylabel="right of the planned path, m")
+    axes.legend(fontsize="small")
+    return figure
+
+
 PICTURES: dict[str, Callable[[], Any]] = {
-    draw.__name__: draw for draw in (errors_of_a_flight, aided_uav, rotating_unit, gravity, ensemble, budget)
+    draw.__name__: draw
+    for draw in (errors_of_a_flight, aided_uav, rotating_unit, gravity, ensemble, budget, spoofed_airliner)
 }
 """The pictures by the name of their file."""
 
