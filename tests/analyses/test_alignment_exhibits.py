@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from math import cos, exp, log, nan, pi, sqrt
 from types import SimpleNamespace
@@ -43,6 +44,18 @@ def result(**more: Any) -> AlignmentResult:
     found = {"source": "session", "method": "disturbed", "imu": QUIET,
              "determination": determined(50.05, 1.9, -3.0, 48.123456)} | more  # fmt: skip
     return AlignmentResult(**found)  # type: ignore[arg-type]
+
+
+def test_the_table_in_a_notebook() -> None:
+    """σ of the total 5 arcmin from 3 and 4, 13 from 5 and 12, 25 from 7 and 24, and 2 of the latitude."""
+    budget = {"gyro bias": angles(3.0, 5.0, 7.0, 2.0, size=ARCMIN),
+              "accelerometer bias": angles(4.0, 12.0, 24.0, 0.0, size=ARCMIN)}  # fmt: skip
+    rows = re.findall(r"<tr>(.*?)</tr>", result(budget=budget)._repr_html_(), re.DOTALL)
+    cells = [re.findall(r"<td[^>]*>([^<]*)", row) for row in rows]
+    assert [row for row in cells if row] == [
+        ["heading", "50.05000", "5"], ["roll", "1.90000", "13"], ["pitch", "-3.00000", "25"],
+        ["latitude", "48.12346", "2"],
+    ]  # fmt: skip
 
 
 def test_the_console() -> None:

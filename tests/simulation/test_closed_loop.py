@@ -6,6 +6,7 @@ import math
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from scipy.stats import chi2
 
 import sinssim
 from sinssim.content import package_content
+from sinssim.data import NavSolution, NavState
 from sinssim.errors import InputError
 from sinssim.recording.page import page_of
 from sinssim.scenario import Scenario, filter_model, load_scenario
@@ -194,6 +196,36 @@ def test_a_height_that_the_navigator_does_not_give_is_that_of_the_barometer(
     barometer = {"sigma_m": 1e-9, "bias_m": 30.0, "bias_sigma_m": 1e-9, "rate_hz": 10.0}
     path, by_truth = (flown.state(110.0).height for flown in with_air_data(quantities, baro=barometer))
     assert float(by_truth - path) == pytest.approx(lower, abs=0.05)
+
+
+def test_a_reading_belongs_to_the_instant_before_its_lag(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Climbing by 100 m/s, readings of 105 and 207 m that arrive 0.2 s after 11 and 12 s of the clock."""
+    measurements = SimpleNamespace(arrival=np.array([11.2, 12.2]), value=np.array([[105.0], [207.0]]))
+    sensor = SimpleNamespace(latency_s=0.2, read=lambda vehicle: (SimpleNamespace(measurements=measurements),))
+    monkeypatch.setattr(closing, "air_sensors", lambda scenario: {"height": sensor})
+    path: Any = SimpleNamespace(start=10.0, state=lambda time: SimpleNamespace(height=100.0 * (time - 10.0)))
+    time, arrival, errors = closing._readings(plan(), path)["height"]
+    np.testing.assert_allclose((time, arrival, errors), ([1.0, 2.0], [1.2, 2.2], [5.0, 7.0]), rtol=1e-12)
+
+
+def test_errors_across_the_date_line_and_north() -> None:
+    """From 180° W − ε to 180° E − ε are −2 ε, and from a heading of 1° to one of 359° are −2°."""
+    none, still, c, s = np.zeros(1), np.zeros((1, 3)), math.cos(math.radians(0.5)), math.sin(math.radians(0.5))
+    here = NavState(none, 1e-7 - np.pi + none, none, still, np.array([[c, 0.0, 0.0, s]]))
+    there = NavSolution(none, none, np.pi - 1e-7 + none, none, still, np.array([[c, 0.0, 0.0, -s]]), none)
+    path: Any = SimpleNamespace(state=lambda time: here)
+    (errors,) = closing._state_errors(plan(), path, there, np.zeros(1, np.intp))
+    assert errors[1] == pytest.approx(-2e-7, rel=1e-6, abs=0.0)
+    assert errors[8] == pytest.approx(math.radians(-2.0))
+
+
+def test_both_alignments_come_before_the_first_section() -> None:
+    def lasting(alignment: float | None, of_filter: float | None) -> float:
+        navigation = SimpleNamespace(alignment=None if alignment is None else SimpleNamespace(duration_s=alignment))
+        aided: Any = SimpleNamespace(navigation=navigation, filter=SimpleNamespace(alignment_s=of_filter))
+        return closing._alignment(aided)
+
+    assert [lasting(60.0, 30.0), lasting(60.0, None), lasting(None, 30.0)] == [90.0, 60.0, 30.0]
 
 
 def sections_of(seconds: float, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 import signal
@@ -19,11 +20,18 @@ import pytest
 import sinssim
 from sinssim.cli.app import main
 from sinssim.content import new_navigator, package_content
-from sinssim.data import ImuData, Measurements
+from sinssim.data import ImuData, Measurements, NavState
+from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.navigation_section import NavigatorSection
-from sinssim.simulation.foreign_navigator import VARIABLE, check_programs, end_programs, foreign_solutions
+from sinssim.simulation.foreign_navigator import (
+    VARIABLE,
+    check_programs,
+    end_programs,
+    first_message,
+    foreign_solutions,
+)
 from sinssim.simulation.navigator_protocol import Feed
 from tests.slow import slow
 
@@ -144,6 +152,8 @@ def test_each_fault_is_named_and_the_run_goes_on(fault: str, one: Callable[..., 
     begin = time.monotonic()
     failure = failure_of(scenario_of(one(fault, timeout_s=0.4)))
     assert re.search(FAULTS[fault], failure), failure
+    if fault == "floods":  # more than two full answers of 224 bytes for each sample, and a thousand of them
+        assert int(failure.split("written ")[1].split()[0]) > (2 * 100 + 1000) * 224
     assert time.monotonic() - begin < 20.0, "nothing waits for the sleep of a minute"
 
 
@@ -217,6 +227,25 @@ def test_messages_by_hand() -> None:
     assert messages[2][2] == (0.035, 0.010, 101.0, 3.0)
     assert messages[3][2] == (0.040, 0.040, 102.0, 4.0)
     assert [len(bytes(part)) for part in block.parts] == [72, 72 + 2 * 40, 72]
+
+
+def test_the_first_message_has_the_errors_of_start_and_sensors() -> None:
+    """1σ of the heading is the hypotenuse of 3′ and 4′; the sensors have 6 and 12 times their unit."""
+    errors = {"heading_arcmin": 3.0, "heading_sigma_arcmin": 4.0, "north_m": 5.0, "position_sigma_m": 12.0}
+    sensors = {"gyro_rrw_deg_h_sqrt_h": 6.0, "gyro_instability_deg_h": 12.0,
+               "accel_rrw_ug_sqrt_h": 6.0, "accel_instability_ug": 12.0}  # fmt: skip
+    scenario = scenario_of(
+        imu={"grade": "ideal", "rate_hz": 50.0, **sensors}, navigation={"initial_error": errors},
+    )  # fmt: skip
+    imu = ImuData(0.02 * np.arange(3), np.zeros((2, 3)), np.zeros((2, 3)))
+    start = NavState(0.8, 0.2, 100.0, np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
+    numbers = first_message(scenario, WGS84, 7.0, imu, start)
+    arcmin, per_hour, microg = math.pi / 10_800.0, math.pi / 648_000.0, 9.80665e-6
+    assert numbers["state_sigma"][[0, 1, 8]] == pytest.approx([13.0, 12.0, 5.0 * arcmin])
+    assert numbers["gyro_walk"] == pytest.approx(6.0 * per_hour / 60.0, rel=1e-12, abs=0.0)
+    assert numbers["gyro_instability"] == pytest.approx(12.0 * per_hour, rel=1e-12, abs=0.0)
+    assert numbers["accel_walk"] == pytest.approx(6.0 * microg / 60.0, rel=1e-12, abs=0.0)
+    assert numbers["accel_instability"] == pytest.approx(12.0 * microg, rel=1e-12, abs=0.0)
 
 
 def test_lines_of_text_say_the_same() -> None:

@@ -9,15 +9,26 @@ import numpy as np
 import pytest
 
 import sinssim
+from sinssim.data import NavSolution, NavState
 from sinssim.errors import InputError
 from sinssim.exhibits import Exhibits, Sentence
 from sinssim.experiments.run.filter_summary import Moment
 from sinssim.formatting import signed
 from sinssim.recording.page import page_of
 from sinssim.scenario import Scenario, load_scenario
-from sinssim.simulation.path_errors import PathErrors, containments, misses, path_errors, pieces_of, size_of
+from sinssim.simulation.path_errors import (
+    PathErrors,
+    Piece,
+    at_centre,
+    containments,
+    misses,
+    path_errors,
+    pieces_of,
+    size_of,
+)
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.truth.flight.flight_plan import FlightPlan
+from sinssim.truth.flight.planned_path import PlannedTrack
 
 NMI = 1852.0
 RUNS = 200
@@ -87,6 +98,38 @@ def test_the_aircraft_is_where_the_plan_and_the_navigator_say(run: sinssim.Run, 
     assert errors.fte[some, 0][0] == pytest.approx(40.0, rel=0.02)  # 20 s of 2 m/s, which no heading takes back
     assert np.abs(errors.fte[some, 0][-5:]).max() < 10.0  # homing on the waypoint does
     assert np.abs(errors.tse[some, 2]).max() < 1.5
+
+
+def test_beside_a_path_without_heights(run: sinssim.Run) -> None:
+    """A solution 3 m north, 2 m east and 7 m above the true place, at which it begins; the path is the meridian."""
+    assert isinstance(run.truth, Truth)
+    time = np.array([1.0, 4.0, 9.0])
+    true = run.truth.trajectory.state(time)
+    r1, r2 = (6335439.3273 + 5000.0, 6378137.0 + 5000.0)  # a(1 − e²) and a, at the equator
+    solution = NavSolution(time, true.latitude + 3.0 / r1, true.longitude + 2.0 / r2, true.height + 7.0,
+                           true.velocity_ned, true.q_nb, 0.0 * time)  # fmt: skip
+    ends, unknown = np.radians([[0.0, 0.02], [10.0, 10.0]]), np.full(2, np.nan)
+    piece = Piece(0, 0, 0.0, 10.0, PlannedTrack(*ends, unknown, 5000.0))
+    found = path_errors(run.scenario, run.truth, [piece], solution, time)
+    np.testing.assert_allclose(found.nse, np.tile([2.0, 3.0, 7.0], (3, 1)), atol=1e-3)
+    np.testing.assert_allclose(found.tse[:, 1], -3.0, atol=1e-3)
+    assert np.isnan(found.fte[:, 2]).all()
+
+
+def test_the_centre_of_gravity_of_a_block() -> None:
+    """The block is 30 m ahead and 20 m to the right; at 60° M is 6383453.86 m and N 6394209.17 m."""
+    here = NavState(np.radians([60.0]), np.array([0.5]), np.array([1000.0]), np.zeros((1, 3)), np.eye(4)[:1])
+    centre = at_centre(here, np.array([30.0, 20.0, 5.0]), np.array([1.0, 0.0, 0.0, 0.0]))
+    assert centre.latitude - here.latitude == pytest.approx(-30.0 / 6384453.86, rel=1e-7, abs=0.0)
+    assert centre.longitude - here.longitude == pytest.approx(-20.0 / (6395209.17 * 0.5), rel=1e-7, abs=0.0)
+    assert centre.height == pytest.approx(1005.0)
+
+
+def test_the_size_of_an_error() -> None:
+    """Of 0, −1 … −100 m: 95 % are within 95 m; Σ k² is 338 350 m²."""
+    size = size_of(np.append(-np.arange(101.0), np.nan))
+    assert size is not None
+    assert size == pytest.approx((math.sqrt(338_350 / 101), 95.0, 100.0))
 
 
 def test_the_entry_says_it_by_leg_and_phase(run: sinssim.Run, errors: PathErrors) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -225,7 +226,13 @@ def test_stated_sigmas_that_are_far_too_small() -> None:
                     longitude=good.longitude + noise[1] / ((r2 + 250.0) * np.cos(0.9)))  # fmt: skip
     (finding,) = (f for f in fix_findings(noisy, 0.0) if "sigma_factor" in f.numbers)
     assert finding.numbers["sigma_factor"] == pytest.approx(25.0, rel=0.2)
-    assert finding.text.startswith("Are the stated 1σ of the positions too small?")
+    assert finding.text.startswith("Are the stated 1σ of the positions too small? Their steps scatter by ")
+    said = re.search(r"scatter by (\S+) m .*, (\S+) times the stated (\S+) m", finding.text)
+    assert said is not None
+    scatter, ratio, stated = map(float, said.groups())
+    assert stated == pytest.approx(0.02 * 2.0**0.5, rel=2e-3)  # a step has two ends
+    assert ratio == pytest.approx(finding.numbers["sigma_factor"], rel=5e-3)
+    assert scatter == pytest.approx(ratio * stated, rel=5e-3)
     assert not [f for f in fix_findings(good, 0.0) if "sigma_factor" in f.numbers]
     rough = replace(noisy, velocity_sigma=np.full((_COUNT, 3), 1.0))  # velocities that explain such steps
     assert not [f for f in fix_findings(rough, 0.0) if "sigma_factor" in f.numbers]

@@ -14,10 +14,13 @@ import struct
 import sys
 import threading
 import time
+from array import array
 from collections import Counter
 from collections.abc import Iterable
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -27,10 +30,11 @@ from sinssim.errors import InputError, RunError
 from sinssim.experiments.run import paced_stream
 from sinssim.experiments.run.execute import run as run_scenario
 from sinssim.experiments.run.paced_stream import columns_of_answers, pace_of, place_of, scored, send_at_pace
-from sinssim.experiments.run.stream_packets import FORMS, Packet, Streamed, streamed
+from sinssim.experiments.run.stream_packets import FORMS, Packet, Streamed, _true_states, streamed
 from sinssim.logs.solution_score import Judge
 from sinssim.logs.stored_run import RecordedRun
 from sinssim.scenario.schema import Scenario
+from sinssim.simulation.navigator_protocol import BEGIN_TYPE
 from tests.cli.test_cli import call
 from tests.logs.short_run import CONTENTS
 
@@ -120,6 +124,14 @@ def test_a_packet_later_than_the_next_instant_has_lost_its_deadline() -> None:
     assert tally.lost == 1
 
 
+def test_the_tally_has_what_99_percent_do_not_exceed() -> None:
+    """Of 0, 1 … 100 ms."""
+    tally = paced_stream.Tally(1.0, Counter(a=101), lateness=array("d", [1e-3 * k for k in range(101)]), until=2.0)
+    numbers = tally.numbers
+    assert (numbers["lateness_99_percent_ms"], numbers["lateness_max_ms"]) == pytest.approx((99.0, 100.0))
+    assert "99 % were at most 99 ms late, the latest 100 ms." in str(tally)
+
+
 def test_packets_of_one_instant_have_one_deadline() -> None:
     _, tally = sent_at([0.0, 0.01, 0.01, 0.01, 0.02], 1.0, {1: 3e-4, 2: 3e-4})
     assert tally.lost == 0
@@ -205,6 +217,8 @@ def test_a_lower_rate_adds_the_increments(place: Path) -> None:
     imu = RecordedRun(place).table("imu_measured")
     assert len(fewer.imu) == 200
     np.testing.assert_allclose(np.diff(fewer.imu.time), 0.06, rtol=1e-9)
+    opening, at = packets("binary", fewer)[0].data, BEGIN_TYPE.fields["imu_rate_hz"][1]  # type: ignore[index]
+    assert np.frombuffer(opening, "<f8", 1, 24 + at) == pytest.approx(50.0 / 3.0)
     np.testing.assert_allclose(fewer.imu.dvel[:, 2].sum(), imu["dvel_z_mps"].sum(), rtol=1e-12)
     np.testing.assert_allclose(fewer.imu.dtheta[1], [imu[f"dtheta_{a}_rad"][3:6].sum() for a in "xyz"], rtol=1e-12)
 
@@ -267,6 +281,17 @@ def test_mavlink_has_the_runs_numbers_to_the_resolution_of_its_messages(
     # along a great circle at a constant height it climbs over the curved Earth by v/R alone, nose down
     np.testing.assert_allclose(field("HIL_STATE_QUATERNION", "pitchspeed")[5:], -100.0 / 6.37e6, rtol=0.01)
     assert np.abs(field("HIL_STATE_QUATERNION", "zacc")).max() <= 1.0  # v²/R is 0.16 mG
+
+
+def test_the_true_acceleration_is_in_thousandths_of_gravity(of: Streamed) -> None:
+    """A level flight whose downward velocity grows by 9.80665 m/s each second."""
+    level = of.content.motion
+    motion = replace(level, velocity_ned=np.outer(level.time, [0.0, 0.0, 9.80665]))
+    falling: Any = SimpleNamespace(content=SimpleNamespace(motion=motion), run=of.run)
+    link = SimpleNamespace(hil_state_quaternion_encode=lambda *fields: fields)
+    accelerations = np.array([fields[-3:] for _, fields in _true_states(link, falling)])
+    np.testing.assert_allclose(accelerations[:, 2], 1000.0, atol=1.0)
+    assert np.abs(accelerations[:, :2]).max() <= 10.0
 
 
 def _check_barometer(of: Streamed, field: Any) -> None:

@@ -1,0 +1,73 @@
+"""What a flight by its navigator says, from entries whose every number is written by hand."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from sinssim.data import NavState
+from sinssim.earth.ellipsoids import WGS84
+from sinssim.experiments.run.parts.guided_flight import Guidance, OffPath, _between, _missed_words
+from sinssim.simulation.path_errors import Miss
+
+SHOWN = ("tse_across_95", "tse_across_max", "tse_vertical_max", "nse_across_95", "nse_along_95", "nse_vertical_95",
+         "fte_across_95", "fte_vertical_95")  # fmt: skip
+
+
+def sizes(first: float, **of: str) -> dict[str, Any]:
+    """Return errors of which those that a table shows count up from a first one, m."""
+    return {f"{name}_m": first + k for k, name in enumerate(SHOWN)} | of
+
+
+def off_path() -> OffPath:
+    part = OffPath(SimpleNamespace())  # type: ignore[arg-type]
+    inside = {"leg": "1 hold", "rnp": 0.3, "judged_s": 100.0, "within": 1.0, "exceeded_s": None}
+    outside = {"leg": "2 waypoint", "rnp": 0.3, "judged_s": 300.0, "within": 0.9, "exceeded_s": 140.0}
+    part.enter({
+        "source": "euler", "legs": [sizes(10.0, leg="1 hold"), sizes(20.0, leg="2 waypoint")], "phases": [],
+        "flight": sizes(30.0), "solutions": {}, "corridors": [inside, outside],
+    })  # fmt: skip
+    return part
+
+
+def test_a_corridor_that_is_not_kept() -> None:
+    """100 s within and 90 % of 300 s are 92.5 % of the time."""
+    (verdict,) = off_path()._verdicts()
+    assert verdict.text == (
+        "RNP 0.3 is NOT met: the true path is within 0.3 nmi of the planned one 92.5 % of the time (95 % on every leg "
+        "are needed); first outside at 140 s, on leg 2 waypoint. On leg 2 waypoint it is 90 %."
+    )
+
+
+def test_the_errors_by_leg() -> None:
+    table = off_path()._table(("page",))
+    assert [list(row) for row in table.rows] == [
+        ["1 hold", *np.arange(10.0, 18.0), "0.3", "100 %", "–"],
+        ["2 waypoint", *np.arange(20.0, 28.0), "0.3", "90 %", "140 s"],
+        ["flight, all", *np.arange(30.0, 38.0), "", "", ""],
+    ]
+
+
+def test_the_waypoints_and_their_misses() -> None:
+    part = Guidance(SimpleNamespace())  # type: ignore[arg-type]
+    waypoint = {"waypoint": "N", "time_s": 60.0, "right_m": 5.0, "left_to_go_m": 7.0, "navigation_error_m": 9.0}
+    part.enter({"legs": [], "waypoints": [waypoint]})
+    (table,) = part._tables(("page",))
+    heads = [column.head for column in table.columns]  # type: ignore[union-attr]
+    assert dict(zip(heads, table.rows[0], strict=True)) == {  # type: ignore[union-attr]
+        "waypoint": "N", "at": 60.0, "passed to the right by": 5.0, "left to go": 7.0, "navigation error": 9.0,
+    }  # fmt: skip
+    for right, words in ((12.5, "right"), (-12.5, "left")):
+        assert _missed_words(Miss(1, "N", 0.8, 0.2, 60.0, right, 7.0)) == f"N (12.5 m {words})"
+
+
+def test_the_displacement_is_along_the_velocity_to_its_right_and_up() -> None:
+    """Flying east at the equator, a place 10 m north, 4 m east and 2 m higher is 4 m ahead and 10 m to the left."""
+    r1, r2 = 6335439.3273 + 1000.0, 6378137.0 + 1000.0
+    east, level, at = np.array([[0.0, 100.0, 0.0]]), np.eye(4)[:1], np.zeros(1)
+    there = NavState(at, at, at + 1000.0, east, level)
+    here = NavState(at + 10.0 / r1, at + 4.0 / r2, at + 1002.0, east, level)
+    path: Any = SimpleNamespace(ellipsoid=WGS84)
+    np.testing.assert_allclose(_between(there, here, at, path), [[4.0, -10.0, 2.0]], atol=1e-4)
