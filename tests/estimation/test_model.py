@@ -176,3 +176,5 @@ def test_start_of_a_drifting_bias() -> None:
     # K² + R²T + (βΔΘ)²/τ + 3 (2 ln 2/π) B² over the second from which an estimate takes that long at least
     walk = 4e-16 + 1e-16 * 900.0 + (0.4e-6 * 20.0) ** 2 / 400.0 + 3.0 * 2.0 * np.log(2.0) / np.pi * (12e-6 / rate) ** 2
     np.testing.assert_allclose(block.density, np.sqrt(walk) * one, rtol=1e-9)
+    hour = error_model(sigma).blocks[3]  # the usual time
+    np.testing.assert_allclose(hour.density, np.sqrt(walk + 1e-16 * 2700.0) * one, rtol=1e-9)

@@ -14,11 +14,11 @@ from sinssim.alignment.alignment_in_motion import WIDER, align_in_motion
 from sinssim.data import Array, ImuData, Measurements, NavState
 from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.errors import InputError, RunError
-from sinssim.estimation import Block, error_model
+from sinssim.estimation import Block, ErrorModel, error_model
 from sinssim.estimation.consistency import consistency, nees
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.filter_start import at_rest
-from sinssim.sensors import ImuErrors, TriadErrors
+from sinssim.sensors import ImuErrors, TriadErrors, flicker
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked
 from tests.estimation.worlds import (
@@ -84,6 +84,23 @@ def test_the_attitude_at_rest_refers_to_the_normal_of_the_ellipsoid(
     apart = rotation.rotation_vector_from_quaternion(rotation.multiply(rotation.conjugate(truth.q_nb), found))
     # the mean of increments in body axes, which turn with the Earth, is exact to (ω T)²/24
     assert np.linalg.norm(apart) < 1e-7 * 1e-2
+
+
+def test_flicker_in_the_heading_at_rest_is_that_of_the_mean_of_the_samples() -> None:
+    """Without a state for the bias it adds that of the mean of 100 samples of 10 Hz over ω_ie cos φ, by squares."""
+    place = Parked(LATITUDE, 0.3, 200.0, rotation.quaternion_from_euler(0.0, 0.0, 2.0), 20.0)
+    blocks = (Block("position", np.ones(3)), Block("velocity", np.full(3, 0.01)), Block("attitude", np.full(3, 0.1)))
+    imu, state, model, size = place.increments(10.0), place.state(0.0), ErrorModel(blocks, 0.0, 0.0), 1e-7
+
+    def variance(of: float) -> float:
+        sigma = ImuErrors(TriadErrors(flicker=of), TriadErrors())
+        covariance = at_rest(imu, state, model, sigma, 100, NAVIGATION).covariance
+        assert covariance is not None
+        return float(covariance[8, 8])
+
+    of_mean = size * np.sqrt(flicker.variance_of_mean(100.0))
+    added = np.sqrt(variance(size) - variance(0.0))
+    assert added == pytest.approx(of_mean / (OMEGA_IE * np.cos(LATITUDE)), rel=1e-4)
 
 
 @pytest.mark.parametrize(("minutes", "zero_rate"), [(5.0, False), (5.0, True), (10.0, False), (10.0, True), *LONG])

@@ -294,10 +294,16 @@ def test_shapes_broadcast():
 
 
 @pytest.mark.parametrize(
-    "call", [lambda: rotation.multiply(np.zeros(3), np.zeros(4)), lambda: rotation.rotate(np.eye(4), np.zeros(2))]
+    ("call", "wanted", "got"),
+    [
+        (lambda: rotation.multiply(np.zeros(3), np.zeros(4)), 4, r"\(3,\)"),
+        (lambda: rotation.rotate(np.eye(4), np.zeros(2)), 3, r"\(2,\)"),
+    ],
 )
-def test_wrong_shapes_are_refused(call):
-    with pytest.raises(ValueError, match="last axis"):
+def test_wrong_shapes_are_refused(call, wanted, got):
+    with pytest.raises(
+        ValueError, match=rf"expected an array with {wanted} values in its last axis, got shape {got}\."
+    ):
         call()
 
 

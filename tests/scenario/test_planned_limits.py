@@ -61,7 +61,8 @@ PLACE = {"type": "waypoint", "latitude_deg": 48.2, "longitude_deg": 11.0, "name"
         (
             [{**PLACE, "latitude_deg": 48.0, "longitude_deg": 11.03}],
             {},
-            "ALPHA lies within the turn .* would circle it",
+            # Mach 0.606 in air of 249.15 K is 191.7 m/s: v²/(g tan 25°) = 8.04 km
+            r"ALPHA lies within the turn towards it, whose radius is 8\.0 km at 280 kt and 25° .* would circle it",
         ),
         (
             [{"type": "climb", "altitude_m": 6500.0}],

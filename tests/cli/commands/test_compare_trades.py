@@ -154,6 +154,10 @@ def test_settings_of_the_study(folder: Path, capsys: pytest.CaptureFixture[str])
         (["standing.toml", "--vary", "imu.rate_hz=5 Hz"], "has a unit, 'Hz'; the unit is part of the key's name"),
         (["standing.toml", "--vary", "imu.rate_hz=5,5"], "--vary imu.rate_hz: values.1 and values.2 are both 5"),
         (
+            ["standing.toml", "--vary", "seed=1,2", "--vary", "imu.rate_hz=5,5"],
+            "--vary imu.rate_hz: values.1 and values.2 are both 5",
+        ),
+        (
             ["standing.toml", "--vary", "seed=1:600:1", "--vary", "imu.rate_hz=5,10"],
             "600 × 2 = 1200 cells, which take 20 min at one second each, and at most 1000 are allowed",
         ),
