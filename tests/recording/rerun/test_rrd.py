@@ -19,6 +19,11 @@ from sinssim.recording.streams import Stream, Vector
 FULL = Path("/dev/full")  # every write to it fails as on a full disk
 
 
+def test_times_are_whole_nanoseconds() -> None:
+    times = rrd.nanoseconds(np.array([0.0, 1.5e-9 + 1e-12, 3600.25]))
+    assert times.astype(np.int64).tolist() == [0, 2, 3_600_250_000_000]
+
+
 @pytest.mark.parametrize("pipes", [True, False])
 def test_the_file_is_whole_however_it_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, pipes: bool) -> None:
     monkeypatch.setattr(rrd, "_PIPES_HAVE_NAMES", pipes)

@@ -143,3 +143,9 @@ def test_messages_have_their_numbers() -> None:
     )
     with pytest.raises(InputError, match=r"distance_m = 90 is too short .* from 0 to 20 m/s, which takes 100 m; give"):
         assert section({"type": "straight", "distance_m": 90.0, "speed_mps": 20.0}, acceleration_mps2=2.0).profile
+    with pytest.raises(InputError, match=r"legs\.2 .* from 10 to 20 m/s, which takes 75 m; give"):  # (20² − 10²)/(2·2)
+        assert section(
+            {"type": "straight", "distance_m": 60.0, "speed_mps": 10.0},
+            {"type": "straight", "distance_m": 70.0, "speed_mps": 20.0},
+            acceleration_mps2=2.0,
+        ).profile

@@ -57,6 +57,11 @@ def test_repeated_sample_is_left_out_and_said() -> None:
     assert left.notes == ("1 row with the time of the previous one left out, the first of them row 3.",)
 
 
+def test_the_first_repetition_is_named_by_its_own_row() -> None:
+    given = samples(time=(9, 8.0), latitude=(9, 0.8 + 8e-6))
+    assert "the first of them row 10." in checked_samples(given, LAND).notes[0]
+
+
 def test_missing_heights_are_interpolated_and_said() -> None:
     found = checked_samples(samples(height=(slice(4, 7), np.nan)), LAND)
     assert np.array_equal(found.height, np.full(20, 10.0))
