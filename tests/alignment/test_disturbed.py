@@ -218,7 +218,11 @@ def test_gyros_that_cannot_see_the_earth_turn_are_refused(ideal):
 @pytest.mark.parametrize(
     ("spoil", "latitude", "text"),
     [
-        (lambda d: ImuData(d.time[:2001], d.dtheta[:2000], d.dvel[:2000]), None, "at least 60 s"),
+        (
+            lambda d: ImuData(d.time[:2001], d.dtheta[:2000], d.dvel[:2000]),
+            None,
+            "lasts 40 s; the cone that gravity describes needs at least 60 s",
+        ),
         (lambda d: d, 2.0, "between -90 and 90"),
         (lambda d: ImuData(d.time, d.dtheta, 3 * d.dvel), None, "m/s²"),
         (lambda d: ImuData(d.time, d.dtheta * np.nan, d.dvel), None, "not a finite number"),

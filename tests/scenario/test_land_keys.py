@@ -39,7 +39,7 @@ def road(**tables: dict[str, Any]) -> Scenario:
         ({"zero_velocity": {"detect": True}}, "detect = true needs learn_s"),
         ({"zero_rate": {"learn_s": [[0.0, 9.0]]}}, "learn_s is for detect = true"),
         ({"zero_rate": {"detect": True, "learn_s": [[0.0, 9.0]], "during_s": [[0.0, 9.0]]}}, "remove one of the two"),
-        ({"dual_antenna": {"baseline_m": [0.0, 0.0, 1.0]}}, "their line has no heading"),
+        ({"dual_antenna": {"baseline_m": [0.0, 0.0, 1.0]}}, "the antennas are 1 m apart, but less than 0.01 m forward"),
         ({"gnss": {"time_offset_s": 30.0}}, "time_offset_s"),
     ],
 )

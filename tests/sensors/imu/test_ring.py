@@ -254,7 +254,7 @@ def test_null_shift_leaves_every_draw_alone() -> None:
         ({"perimeter": 0.0}, "perimeter = 0.0 must be positive"),
         ({"wavelength": np.nan}, "wavelength = nan"),
         ({"lock_in": -1e-3}, "lock_in"),
-        ({"dither_amplitude": 1e-7}, "within the lock-in"),
+        ({"dither_amplitude": 1e-7}, "only 0.000251 rad/s, which is within the lock-in of 0.00175 rad/s"),
     ],
 )
 def test_rings_that_cannot_be(changes: dict[str, float], text: str) -> None:
