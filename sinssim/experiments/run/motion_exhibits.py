@@ -38,7 +38,7 @@ _ROWS = 4096
 """Maximum number of points drawn of a track."""
 _WIDTH, _HEIGHT = 488.0, 420.0
 """Size of the map for which its words are placed, px."""
-_NAME_LETTER = 5.6  # width of a letter of a name, px
+_NAME_LETTER, _NAME_HEIGHT = 5.6, 14.0  # width of a letter of a name, and its height, px
 _LEAST = 100.0
 """Least extent of a map, m."""
 _WIDEST, _FAR = 2.0, 10_000.0
@@ -344,13 +344,32 @@ def _instants(
 
 
 def _waypoints(places: Sequence[tuple[str, float, float]], projection: Projection, frame: _Frame) -> Iterator[Mark]:
-    """Yield a diamond and the name of each waypoint on the map, below it to the right or the left."""
+    """Yield a diamond and the name of each waypoint on the map, below it on a side where it meets no other name."""
+    found = []
     for name, latitude, longitude in places:
         east, north = projection.plane(np.array([latitude]), np.array([longitude]))
         if frame.shows(east, north)[0]:
-            yield Line(x=east, y=north, color="ink", marker="D", hollow=True)
-            left = float(frame.pixels(east, north)[0][0]) >= _WIDTH - 8.0 * len(name) - 8.0
-            yield Remark(x=float(east[0]), y=float(north[0]), text=name, left=left, below=True)
+            x, y = frame.pixels(east, north)
+            found.append((name, east, north, float(x[0]), float(y[0])))
+    for (name, east, north, *_), left in zip(found, _sides([(len(n), x, y) for n, _, _, x, y in found]), strict=True):
+        yield Line(x=east, y=north, color="ink", marker="D", hollow=True)
+        yield Remark(x=float(east[0]), y=float(north[0]), text=name, left=left, below=True)
+
+
+def _sides(names: Sequence[tuple[int, float, float]]) -> list[bool]:
+    """Return which names, with a number of letters and a place, px, stand to the left of it: those beside the right
+    edge, and those that would meet another name to the right."""
+    sides, taken = [False] * len(names), list[tuple[float, float, float]]()
+    at_edge = [x >= _WIDTH - 8.0 * letters - 8.0 for letters, x, _ in names]
+    for k in sorted(range(len(names)), key=lambda k: not at_edge[k]):  # those without a choice first
+        letters, x, y = names[k]
+        width = 8.0 * letters
+        near = [(begin, end) for begin, end, other in taken if abs(y - other) < _NAME_HEIGHT]
+        right, left = (not any(a < end and begin < a + width for begin, end in near) for a in (x, x - width))
+        sides[k] = at_edge[k] or (not right and left and x > width)
+        begin = x - width if sides[k] else x
+        taken.append((begin, begin + width, y))
+    return sides
 
 
 _BY_LEGS = ("drive", "voyage")

@@ -187,6 +187,15 @@ def test_the_source_of_the_true_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     ]
 
 
+def test_names_on_a_map_do_not_meet() -> None:
+    """Twenty letters are 160 px: the name at the right edge has no choice, and the one before it gives way."""
+    sides = motion_exhibits._sides
+    assert sides([(20, 250.0, 100.0), (20, 480.0, 102.0)]) == [True, True]
+    assert sides([(20, 250.0, 100.0), (20, 480.0, 130.0)]) == [False, True]
+    assert sides([(20, 100.0, 100.0), (20, 480.0, 102.0)]) == [False, True]
+    assert sides([(20, 200.0, 100.0), (3, 220.0, 100.0), (3, 400.0, 100.0)]) == [False, False, False]  # no side is free
+
+
 def test_waypoints_on_a_map() -> None:
     """Names to the right of their diamonds, near the right edge to the left; none outside of the map."""
     projection: Any = SimpleNamespace(plane=lambda latitude, longitude: (latitude, longitude))
