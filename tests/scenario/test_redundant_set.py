@@ -67,7 +67,7 @@ def test_noise_without_symmetry_has_the_covariance_of_least_squares() -> None:
         single**2 * p, rel=1e-9, abs=1e-12 * single**2
     )
     bias = float(expected_errors(scenario(None).imu).sigma.gyro.bias[0])
-    assert model.covariance[9:12, 9:12] == pytest.approx(bias**2 * p, rel=1e-9)
+    assert model.covariance[9:12, 9:12] == pytest.approx(bias**2 * p, rel=1e-9, abs=1e-12 * bias**2)
 
 
 @cache

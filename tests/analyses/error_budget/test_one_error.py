@@ -78,7 +78,7 @@ def test_what_a_measured_calibration_leaves() -> None:
     calibration = {"accel_bias_ug": [90.0, -60.0, 70.0], "accel_bias_sigma_ug": 5.0}
     result = budget(scenario(imu=imu, compensation=calibration))
     reference = budget(scenario(imu={"accel_bias_ug": [10.0, 10.0, 0.0]}))
-    assert result.bias == pytest.approx(reference.bias)
+    assert result.bias == pytest.approx(reference.bias, rel=1e-9, abs=0.0)
     assert not result.total.any()
 
 
