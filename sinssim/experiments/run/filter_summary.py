@@ -284,7 +284,7 @@ def detections(innovations: Sequence[Innovations]) -> list[Detection]:
     first = {by: min(times.values(), default=math.inf) for by, times in begun.items()}
     return [
         {"time_s": first[by], "by": by, "sensors": [sensor for sensor, time in times.items() if time == first[by]]}
-        for by, times in sorted(begun.items(), key=lambda found: first[found[0]])
+        for by, times in sorted(begun.items(), key=lambda item: first[item[0]])
         if math.isfinite(first[by])
     ]
 
@@ -303,12 +303,12 @@ def detected(of: Detection) -> Moment:
     return Moment(of["time_s"], word, f"{word} by the {of['by']}: {listed(of['sensors'])}")
 
 
-def moments(scenario: Scenario, found: Sequence[Detection], span: tuple[float, float]) -> list[Moment]:
+def moments(scenario: Scenario, detections: Sequence[Detection], span: tuple[float, float]) -> list[Moment]:
     """Return when forged fixes begin in a run over a span, s, and when they are detected."""
     gnss = None if scenario.aiding is None else scenario.aiding.sensor(Gnss)
     forged = () if gnss is None else (*gnss.jumps, *gnss.ramps)
     begun = [(fault.from_s, type(fault).__name__.lower()) for fault in forged if span[0] <= fault.from_s < span[1]]
-    return [*(Moment(begin, kind, f"GNSS {kind} begins") for begin, kind in begun), *map(detected, found)]
+    return [*(Moment(begin, kind, f"GNSS {kind} begins") for begin, kind in begun), *map(detected, detections)]
 
 
 _TOUCHING = 0.2

@@ -345,13 +345,13 @@ def _instants(
 
 def _waypoints(places: Sequence[tuple[str, float, float]], projection: Projection, frame: _Frame) -> Iterator[Mark]:
     """Yield a diamond and the name of each waypoint on the map, below it on a side where it meets no other name."""
-    found = []
+    shown = []
     for name, latitude, longitude in places:
         east, north = projection.plane(np.array([latitude]), np.array([longitude]))
         if frame.shows(east, north)[0]:
             x, y = frame.pixels(east, north)
-            found.append((name, east, north, float(x[0]), float(y[0])))
-    for (name, east, north, *_), left in zip(found, _sides([(len(n), x, y) for n, _, _, x, y in found]), strict=True):
+            shown.append((name, east, north, float(x[0]), float(y[0])))
+    for (name, east, north, *_), left in zip(shown, _sides([(len(n), x, y) for n, _, _, x, y in shown]), strict=True):
         yield Line(x=east, y=north, color="ink", marker="D", hollow=True)
         yield Remark(x=float(east[0]), y=float(north[0]), text=name, left=left, below=True)
 

@@ -139,9 +139,9 @@ def _simulated(run: Reached | Run, summary: RunSummary, first: FirstSections) ->
         if run.aided is not None:
             solution = run.aided.estimate.solution
             tracks.append(Track.of("aided", solution.time, solution, "aided"))
-        found = summary["filter"]["detections"] if "filter" in summary else []
+        times = summary["filter"]["detections"] if "filter" in summary else []
         path = truth.trajectory
-        places = places_of(moments(scenario, found, (path.start, path.end)), path)
+        places = places_of(moments(scenario, times, (path.start, path.end)), path)
         chart = motion_map(scenario, truth.ellipsoid, first.track, tracks, places.named)
         yield Section(title, [Beside([chart, first.facts]), *first.motion], on=_PAGE)
     yield Section("Sensor errors of this run", first.sensors, on=_PAGE)

@@ -459,9 +459,9 @@ class OffPath(Part[PathNumbers]):
 
     def _faults(self) -> list[Moment]:
         """Return when forged fixes begin and are detected, once the filter has run."""
-        found = [] if self.aided is None else detections(self.aided.estimate.innovations)
+        times = [] if self.aided is None else detections(self.aided.estimate.innovations)
         path = _flown(self.run).trajectory
-        return moments(self.run.scenario, found, (path.start, path.end))
+        return moments(self.run.scenario, times, (path.start, path.end))
 
     def _limits(self) -> Iterator[Line]:
         """Yield the edges of the corridors over time; far ones do not widen the chart."""
