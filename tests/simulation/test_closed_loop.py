@@ -172,11 +172,12 @@ def with_air_data(
     return path, guided.by_truth
 
 
-def test_the_autopilot_holds_the_airspeed_of_the_sensor() -> None:
+@pytest.mark.parametrize("sections", [False, *slow(True)])
+def test_the_autopilot_holds_the_airspeed_of_the_sensor(sections: bool) -> None:
     """A reading that is 2 % too large lets the calibrated airspeed, which is held, fall by 2 %; the throttle needs some
     of the two minutes. By passes and by sections it is the same flight."""
     sensor = {"sigma_mps": 1e-9, "scale_ppm": 2e4, "rate_hz": 10.0, "latency_s": 0.2}
-    path, by_truth = with_air_data(ALL, sections=True, airspeed=sensor)
+    path, by_truth = with_air_data(ALL, sections=sections, airspeed=sensor)
     seen, true = (flown.channels["calibrated_airspeed_mps"].values[-1] for flown in (path, by_truth))
     assert seen == pytest.approx(true / 1.02, rel=1e-3)
 

@@ -42,7 +42,13 @@ def test_other_sets_of_sensors_have_no_budget(name: str, reason: str) -> None:
     [
         ((), r"imu\.faults of a redundant set have no budget: the monitoring excludes sensors"),
         (
-            ("imu.faults=[]", "imu.gyro_range_deg_s=1"),
+            (
+                "imu.faults=[]",
+                "imu.gyro_range_deg_s=1",
+                "flight.legs.1.duration_s=30",
+                "flight.legs.3.duration_s=10",
+                "flight.legs.5.duration_s=10",
+            ),
             "the gyro range of a redundant set has no budget: single sensors",
         ),
     ],

@@ -37,6 +37,7 @@ from sinssim.scenario.schema import Scenario
 from sinssim.simulation.navigator_protocol import BEGIN_TYPE
 from tests.cli.test_cli import call
 from tests.logs.short_run import CONTENTS
+from tests.slow import slow
 
 LOOPBACK = "127.0.0.1"
 DURATION, RATE = 12.0, 50.0
@@ -434,7 +435,7 @@ def test_a_navigators_answers_are_scored(place: Path, capsys: pytest.CaptureFixt
     assert answers["errors"]["max_attitude_error_arcsec"] < 1e-6
 
 
-@pytest.mark.parametrize("back", [True, False])
+@pytest.mark.parametrize("back", [True, *slow(False)])
 def test_answers_come_by_a_connection(place: Path, back: bool, capsys: pytest.CaptureFixture[str]) -> None:
     """By that of the packets in the binary protocol, or by one of its own in lines of JSON: 2e-6 rad of latitude
     are 12.72 m."""
