@@ -134,7 +134,7 @@ def _fill(tanks: list[ElementTree.Element], fuel: float, model: str) -> None:
     filled = list[tuple[ElementTree.Element, float]]()
     for tank in tanks:
         capacity, contents = tank.find("capacity"), tank.find("contents")
-        if capacity is not None and contents is not None:
+        if capacity is not None and contents is not None and tank.get("type", "").upper() == "FUEL":  # not the oxidiser
             filled.append((contents, float(capacity.text or 0.0) * (1.0 if capacity.get("unit") == "KG" else _POUND)))
     most = sum(holds for _, holds in filled)
     if fuel > most:
@@ -347,7 +347,7 @@ class Monitor:
         if self._stalled >= _STALLED:
             raise LegError("the aircraft stalled", self._against_stall)
         if self._has_fuel and self._fuel() <= 0.0:
-            remedy = "a shorter flight, a lower airspeed, or another aircraft"
+            remedy = "a shorter flight, a lower airspeed, more fuel_kg at the start, or another aircraft"
             raise LegError("the fuel of the model is used up", remedy)
         if "heading" in leg.holds and pilot.lateral == HEADING:
             left = _QUARTER * (1.0 - abs(state.latitude) / (0.5 * pi))
