@@ -6,6 +6,7 @@
 # make bench  set up, measure every bar of docs/performance.md
 # make docs   set up beside it in .venv-docs, write the generated parts of the pages and the site in build/site, and
 #             serve it until Ctrl-C, because a file cannot be searched from disk; make site only writes it
+# make third-party  fetch the files of others that are in the package again, with npm, and compare their checksums
 #
 # Set-up is a virtual environment in .venv with the exact versions of requirements.lock. It is done once and
 # again only when requirements.lock or pyproject.toml change. Another Python: make demo PYTHON=/path/to/python3.12
@@ -22,7 +23,7 @@ CODE    := $(shell find sinssim -name '*.py')
 PYTHON  ?= $(shell for python in python3 python3.13 python3.12 python3.11; do \
 	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$python && break; done)
 
-.PHONY: demo test test-slow test-pyins lint format bench docs site setup clean
+.PHONY: demo test test-slow test-pyins lint format bench docs site third-party setup clean
 .DEFAULT_GOAL := demo
 
 demo: $(KERNELS)
@@ -72,6 +73,16 @@ site: $(READY)
 	.venv-docs/bin/python -m pip install --quiet --disable-pip-version-check -r docs/requirements.txt
 	.venv-docs/bin/mkdocs build --strict
 	@echo "Open build/site/index.html"
+
+# Another version is a number here, and its checksums in the file.
+UPLOT := uplot@1.6.32
+OTHERS := sinssim/recording/interactive
+third-party:
+	@fetched=$$(mktemp -d) && trap 'rm -rf "$$fetched"' EXIT \
+	  && npm pack --silent --pack-destination "$$fetched" $(UPLOT) > /dev/null && tar -xzf "$$fetched"/uplot-*.tgz -C "$$fetched" \
+	  && cp "$$fetched"/package/dist/uPlot.iife.min.js "$$fetched"/package/dist/uPlot.min.css $(OTHERS) \
+	  && cp "$$fetched"/package/LICENSE $(OTHERS)/uPlot.LICENSE
+	@cd $(OTHERS) && sha256sum --check third_party.sha256
 
 setup: $(STUDIES)
 

@@ -97,6 +97,8 @@ class Line(_Points):
     hollow: bool = False  # whether the marks are hollow
     counts: bool = True  # whether the line widens the axis
     more: str = ""  # what a picture adds to the label, such as the last value
+    step: float = 0.0  # width along x within which it has only the extremes of what it shows, SI; 0 if it has all
+    time: Array = field(default_factory=lambda: np.empty(0))  # (N,) s at its points, of a track; empty if not known
 
     @property
     def name(self) -> str:

@@ -30,19 +30,25 @@ class Page:
 
     Attributes:
         problems: errors on its console, and exceptions.
+        requests: addresses that the pages have asked for.
     """
 
-    def __init__(self, *, size: tuple[int, int] = (1600, 1000), dark: bool = False) -> None:
-        """Start the browser with an empty page of a size in pixels, in the light or in the dark colours."""
+    def __init__(self, *, size: tuple[int, int] = (1600, 1000), dark: bool = False, graphics: bool = False) -> None:
+        """Start the browser with an empty page of a size in pixels, in the light or in the dark colours.
+
+        With `graphics`, it has the drawing in space that the web view needs.
+        """
         assert CHROMIUM is not None
         self.problems: list[str] = []
+        self.requests: list[str] = []
         self._folder = tempfile.TemporaryDirectory(prefix="sinssim-browser-", ignore_cleanup_errors=True)
         to_browser, self._write = os.pipe()
         self._read, from_browser = os.pipe()
         options = [
             *("--headless", "--no-sandbox", "--remote-debugging-pipe", "--hide-scrollbars", "--no-first-run"),
             *("--disable-background-networking", f"--user-data-dir={self._folder.name}"),
-            *(*_SOFTWARE_GRAPHICS, f"--window-size={size[0]},{size[1]}", "about:blank"),
+            *(_SOFTWARE_GRAPHICS if graphics else ("--disable-gpu",)),
+            *(f"--window-size={size[0]},{size[1]}", "about:blank"),
         ]
         # the browser expects the pipe's ends at 3 and 4
         command = ["bash", "-c", f'exec "$@" 3<&{to_browser} 4>&{from_browser}', "bash", CHROMIUM, *options]
@@ -55,10 +61,10 @@ class Page:
         self._session: str | None = None
         target = self._ask("Target.createTarget", url="about:blank")["targetId"]
         self._session = self._ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
-        for domain in ("Page", "Runtime", "Log"):
+        for domain in ("Page", "Runtime", "Log", "Network"):
             self._ask(f"{domain}.enable")
         width, height = size
-        self._ask("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        self.size(width, height)
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         self._ask("Emulation.setEmulatedMedia", features=[scheme])
 
@@ -72,13 +78,30 @@ class Page:
             os.close(end)
         self._folder.cleanup()
 
-    def open(self, address: str) -> None:
-        """Load an address."""
+    def size(self, width: int, height: int) -> None:
+        """Give the window a size, px."""
+        self._ask("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+
+    def open(self, address: str, until: str = "") -> None:
+        """Load an address, and wait until an expression of its page is true."""
         self._ask("Page.navigate", url=address)
+        deadline = time.monotonic() + 60.0
+        while until and not self.value(f"document.readyState === 'complete' && Boolean({until})"):
+            assert time.monotonic() < deadline, until
+            self.wait(0.05)
 
     def value(self, expression: str) -> Any:
         """Return the value of an expression of the page."""
-        return self._ask("Runtime.evaluate", expression=expression, returnByValue=True)["result"].get("value")
+        options = {"returnByValue": True, "awaitPromise": True}
+        return self._ask("Runtime.evaluate", expression=expression, **options)["result"].get("value")
+
+    def drawn(self) -> None:
+        """Wait until what was asked for is drawn."""
+        self.value("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done))))")
+
+    def allow(self, *permissions: str) -> None:
+        """Give the page leave for what the browser would ask, such as "clipboardReadWrite"."""
+        self._ask("Browser.grantPermissions", permissions=list(permissions))
 
     def media(self, kind: str) -> None:
         """Show the page as on a "screen" or in "print"."""
@@ -89,6 +112,19 @@ class Page:
         for kind, x, y in events:
             held = {} if kind == "mouseMoved" else {"button": "left", "clickCount": clicks}
             self._ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, **held)
+
+    def wheel(self, x: float, y: float, down: float) -> None:
+        """Turn the wheel at a point of the window."""
+        self._ask("Input.dispatchMouseEvent", type="mouseWheel", x=x, y=y, deltaX=0, deltaY=down)
+
+    def key(self, *names: str, shift: bool = False) -> None:
+        """Press keys one after another: "Tab", "ArrowLeft", "+" and so on."""
+        for name in names:
+            codes = {"Tab": 9, "Enter": 13}
+            text = {"text": "\r" if name == "Enter" else name} if len(name) == 1 or name == "Enter" else {}
+            common = {"key": name, "modifiers": 8 * shift, "windowsVirtualKeyCode": codes.get(name, 0)}
+            self._ask("Input.dispatchKeyEvent", type="keyDown", **common, **text)
+            self._ask("Input.dispatchKeyEvent", type="keyUp", **common)
 
     def picture(self, *, whole: bool = False) -> bytes:
         """Return a picture, PNG, of what is seen, or of the whole page."""
@@ -131,6 +167,8 @@ class Page:
         for message in messages:
             found = message.get("params", {})
             match message.get("method"):
+                case "Network.requestWillBeSent":
+                    self.requests.append(found["request"]["url"])
                 case "Runtime.consoleAPICalled" if found["type"] in ("error", "assert"):
                     self.problems.append(" ".join(str(a.get("value", a.get("description"))) for a in found["args"]))
                 case "Runtime.exceptionThrown":

@@ -10,7 +10,7 @@ from itertools import groupby
 
 from sinssim.charts import Charts
 from sinssim.exhibits import Beside, Exhibits, Item, Picture, Points, Section, Sentence, Table, Verbatim
-from sinssim.recording.interactive.live_chart import with_scripts
+from sinssim.recording.interactive.live_chart import policy, with_scripts
 from sinssim.recording.style import GRID, INK, SOFT, css_of
 from sinssim.recording.svg import words
 from sinssim.recording.svg_chart import STYLE, html_of
@@ -69,11 +69,13 @@ def page(title: str, body: Iterable[str], style: str = "") -> str:
     Args:
         title: title in the browser's tab.
     """
+    parts = list(body)
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        f'<meta http-equiv="Content-Security-Policy" content="{policy(parts)}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>{words(title)}</title><style>{_STYLE}{style}</style></head>\n<body>\n"
-        + "\n".join(body)
+        + "\n".join(parts)
         + "\n</body></html>\n"
     )
 

@@ -38,17 +38,18 @@ def words(text: str) -> str:
     return html.escape(_BLANKS.sub(" ", text).strip(" "))
 
 
-def element(width: float, height: float, about: str, body: str) -> str:
+def element(width: float, height: float, about: str, body: str, more: str = "") -> str:
     """Return a drawing.
 
     Args:
         width, height: px.
         about: description for readers who cannot see the drawing.
+        more: further attributes.
     """
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" width="{width:g}" '
         f'height="{height:g}" role="img" aria-label="{html.escape(about)}" font-family="{style.FONTS}" '
-        f'font-size="{_TEXT:g}">{body}</svg>'
+        f'font-size="{_TEXT:g}"{more}>{body}</svg>'
     )
 
 

@@ -80,7 +80,7 @@ def _with_data(charts: Charts, chart: Chart, width: float, height: float, frame:
     across, upright = frame.span or ends[0], frame.reach or ends[1]
     told = replace(chart, marks=tuple(_told_apart(chart, upright, height)))
     left = max(frame.left, _left(chart, across, upright))
-    return live(still, told, across, upright, round(width), left, named=charts.legend == "each")
+    return live(still, told, across, upright, left, named=charts.legend == "each")
 
 
 def _hull(charts: Charts, *, upright: bool) -> tuple[float, float]:
@@ -212,7 +212,16 @@ def svg_of(chart: Chart, width: float, height: float, frame: _Frame | None = Non
         bottom = max(bottom, top + 17.0 * len(names) - 40.0)
     body.append(text(left + inner, bottom + 34, _axis_words(chart, across), "end", "soft"))
     about = f"{chart.title}: {chart.heading(True)} over {chart.heading(False)}".strip(": ")
-    return element(width, round(bottom + 42), about, "".join(body))
+    return element(width, round(bottom + 42), about, "".join(body), _times(chart, x, y))
+
+
+def _times(chart: Chart, x: PixelScale, y: PixelScale) -> str:
+    """Return the instants of a track and where it then is, s and px, for the cursor of the page's script."""
+    for mark in chart.marks:
+        if isinstance(mark, Line) and len(mark.time):
+            rows = np.column_stack((mark.time, x(mark.x), y(mark.y))).round(1)
+            return f' data-track="{" ".join(f"{value:g}" for value in rows.ravel())}"'
+    return ""
 
 
 def _axis_words(chart: Chart, ends: tuple[float, float]) -> str:

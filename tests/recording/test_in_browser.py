@@ -90,7 +90,7 @@ def test_the_web_view(made: Path, name: str) -> None:
     assert server.stdout is not None
     try:
         address = server.stdout.readline().removeprefix("Open ").strip()
-        with Page() as page:
+        with Page(graphics=True) as page:
             page.open(address)
             begin, drawn = time.monotonic(), 0
             while drawn < 2000 and time.monotonic() - begin < 240.0:  # 15 s on a machine of its own

@@ -197,7 +197,8 @@ def track_map(
     for track, line, dash in zip(tracks, lines, dashes, strict=True):
         weight: Weight = "wide" if track is motion and solutions else "line"
         label = track.name if solutions or outages else ""
-        marks.append(_line(label, *line, frame, track.color, weight, dash))
+        time = track.time[thinned(len(track.time), _ROWS)] if track is motion else None
+        marks.append(_line(label, *line, frame, track.color, weight, dash, time))
     marks += [*_waypoints(places, projection, frame), *_instants(motion, projection, frame, legs)]
     unit = fixed("km", 1e3) if frame.width > 2000.0 else fixed("m")
     chart = Chart(
@@ -209,14 +210,16 @@ def track_map(
 
 
 def _line(
-    label: str, east: Array, north: Array, frame: _Frame, color: Color, weight: Weight = "line", dash: Dash = ""
-) -> Line:
-    """Return a line without the points that lie within half a pixel of the previous one."""
+    label: str, east: Array, north: Array, frame: _Frame, color: Color, weight: Weight = "line", dash: Dash = "",
+    time: Array | None = None,
+) -> Line:  # fmt: skip
+    """Return a line without the points that lie within half a pixel of the previous one; `time` is at its points."""
     x, y = frame.pixels(east, north)
     steps = np.concatenate(([0.0], np.hypot(np.diff(x), np.diff(y)).cumsum()))
     seen = np.concatenate(([True], np.diff(np.floor(steps / 1.5)) > 0))
     seen[-1:] = True
-    return Line(label=label, x=east[seen], y=north[seen], color=color, weight=weight, dash=dash)
+    line = Line(label=label, x=east[seen], y=north[seen], color=color, weight=weight, dash=dash)
+    return line if time is None else replace(line, time=time[seen])
 
 
 def _within(track: Track, spans: Sequence[tuple[float, float]]) -> Iterator[tuple[Array, Array]]:

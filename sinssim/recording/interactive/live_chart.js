@@ -1,7 +1,8 @@
 // Draws the curves of a page with uPlot from the data beside their still pictures: dragging zooms, a double click shows
-// all again, the legend reads the values at the cursor and hides curves. Charts over time show the same part of it.
+// all again, the legend reads the values at the cursor and hides curves. Charts over time show the same part of it, and
+// their cursor is at the same instant, as is the mark on the map.
 "use strict";
-(() => {
+const live = (() => {
   const FONT = '12px system-ui, "Segoe UI", "Liberation Sans", Arial, sans-serif';
   const LETTER = 6.6, RIGHT = 14, LEAST = 130; // px: of a number's character, beside the curves, height of a chart
   const STEPS = [];
@@ -9,14 +10,28 @@
 
   const drawn = []; // the charts of the page that were in sight
   let part = null; // the time that all charts over time show, s; null for all
+  let due = false; // whether the page is about to draw another part
+  const shared = {drawn, draws: []}; // draws: called with each chart once it is drawn
 
   const css = name => name.startsWith("--")
     ? getComputedStyle(document.documentElement).getPropertyValue(name).trim() : name;
   const signed = text => text.replace(/-/g, "\u2212");
 
-  function numbers(text) {
-    const bytes = Uint8Array.from(atob(text), c => c.charCodeAt(0));
-    return Array.from(new Float32Array(bytes.buffer), v => Number.isNaN(v) ? null : v);
+  // The arrays of a chart: from the differences of their bits, by planes of bytes, as Python's _packed writes them.
+  async function unpack({numbers, counts}) {
+    const packed = new Blob([Uint8Array.from(atob(numbers), c => c.charCodeAt(0))]);
+    const planes = new Uint8Array(await new Response(
+      packed.stream().pipeThrough(new DecompressionStream("deflate-raw"))).arrayBuffer());
+    const all = planes.length / 4;
+    let at = 0;
+    return counts.map(count => {
+      const bits = new Int32Array(count);
+      for (let k = 0, last = 0; k < count; k++, at++) {
+        const step = planes[at] | planes[all + at] << 8 | planes[2 * all + at] << 16 | planes[3 * all + at] << 24;
+        bits[k] = last = last + (step >>> 1 ^ -(step & 1)) | 0;
+      }
+      return Array.from(new Float32Array(bits.buffer), v => Number.isNaN(v) ? null : v);
+    });
   }
 
   // A number with the digits that tell it from its neighbours at a distance.
@@ -43,18 +58,18 @@
     ? "–" : signed(String(Number(value.toPrecision(5)))) + (unit ? "\u00a0" + unit : "");
 
   // The values of the curves on common places; one curve may have several values at a place, which stay in order.
-  function table(curves, places) {
-    const texts = new Map();
+  function table(curves, arrays) {
+    const places = new Map();
     curves.forEach((curve, k) => {
-      if (!texts.has(curve.x)) texts.set(curve.x, {x: numbers(places[curve.x]), of: []});
-      texts.get(curve.x).of.push(k);
+      if (!places.has(curve.x)) places.set(curve.x, {x: arrays[curve.x].slice(), of: []});
+      places.get(curve.x).of.push(k);
     });
-    const groups = [...texts.values()];
+    const groups = [...places.values()];
     for (const {x} of groups) {
       const hair = 1e-9 * Math.abs(x[x.length - 1] - x[0]) || 1e-12;
       for (let k = 1; k < x.length; k++) if (x[k] <= x[k - 1]) x[k] = x[k - 1] + hair;
     }
-    const columns = groups.map(({x, of}) => [x, ...of.map(k => numbers(curves[k].y))]);
+    const columns = groups.map(({x, of}) => [x, ...of.map(k => arrays[curves[k].y])]);
     const joined = columns.length > 1 ? uPlot.join(columns, columns.map(c => c.map(() => 1))) : columns[0];
     const data = [joined[0]];
     groups.flatMap(({of}) => of).forEach((k, place) => { data[k + 1] = joined[place + 1]; });
@@ -81,16 +96,17 @@
   }
 
   // Curves, edges of bands, and the names of lines across, which have no values.
-  function series(chart) {
+  function series(chart, arrays) {
     const edges = chart.bands.flatMap(
       band => [{...band, y: band.high, band}, {...band, y: band.low, band, lower: true}]);
-    const all = [...edges, ...chart.curves], data = table(all, chart.places);
+    const all = [...edges, ...chart.curves], data = table(all, arrays);
     const options = all.map((curve, k) => ({
       label: curve.name || chart.title || chart.y.label || "value", width: curve.width || 0,
       stroke: curve.band ? (curve.band.share ? () => css(curve.color) : "transparent") : () => css(curve.color),
       dash: curve.dash && curve.dash.length ? curve.dash : undefined,
       paths: curve.dots && !curve.width ? () => null : curve.turns ? piecewise : undefined,
       class: curve.lower || !curve.name && all.length > 1 ? "hidden" : undefined,
+      of: curve, named: (curve.name || chart.title || chart.y.label || "value") + (curve.band ? curve.lower ? ": low" : ": high" : ""),
       points: {show: Boolean(curve.dots), size: curve.dots || 0, fill: () => css(curve.color)},
       value: (u, v, number) => {
         if (!curve.band) return reading(curve.width ? between(u, number, cursor(u)) : v, chart.y.unit);
@@ -104,7 +120,7 @@
     for (const rule of named) {
       rule.series = data.length;
       data.push(data[0].map(() => undefined));
-      options.push({label: rule.name, stroke: () => css(rule.color), width: rule.width, dash: rule.dash,
+      options.push({of: rule, label: rule.name, stroke: () => css(rule.color), width: rule.width, dash: rule.dash,
                     paths: () => null, points: {show: false}, value: () => reading(rule.at, rule.upright ? chart.x.unit : chart.y.unit)});
     }
     const bands = chart.bands.map((band, k) => (
@@ -140,7 +156,6 @@
       ctx.fillStyle = css("--soft");
       ctx.fillRect(bbox.left, Math.round(zero), bbox.width, ratio);
     }
-    let free = -Infinity;
     for (const rule of chart.rules) {
       if (rule.series && !u.series[rule.series].show) continue;
       const way = rule.upright ? x : y;
@@ -165,18 +180,14 @@
       } else if (rule.upright) { ctx.moveTo(at, bbox.top); ctx.lineTo(at, bbox.top + bbox.height); ctx.stroke(); }
       else { ctx.moveTo(bbox.left, at); ctx.lineTo(bbox.left + bbox.width, at); ctx.stroke(); }
       ctx.restore();
-      if (!rule.text) continue;
+      if (!rule.text || rule.upright) continue;
       ctx.fillStyle = css("--soft");
-      const long = ctx.measureText(rule.text).width, end = bbox.left + bbox.width;
-      if (!rule.upright) ctx.fillText(rule.text, end - long - 4 * ratio, at - 3 * ratio);
-      else if (at >= bbox.left - 1 && at <= end + 1) {
-        const left = Math.max(Math.min(at - long / 2, end - long), bbox.left + 4 * ratio);
-        if (left > free) { ctx.fillText(rule.text, left, bbox.top - 4 * ratio); free = left + long + LETTER * ratio; }
-      }
+      ctx.fillText(rule.text, bbox.left + bbox.width - ctx.measureText(rule.text).width - 4 * ratio, at - 3 * ratio);
     }
     ctx.fillStyle = css("--soft");
     const name = [chart.x.label, chart.x.unit && `[${chart.x.unit}]`].join(" ").trim();
     ctx.fillText(name, bbox.left + bbox.width - ctx.measureText(name).width, bbox.top + bbox.height + 36 * ratio);
+    ctx.fillText(resolution(chart), bbox.left, bbox.top + bbox.height + 36 * ratio);
     for (const word of chart.words) {
       ctx.fillStyle = css(word.soft ? "--soft" : "--ink");
       const long = ctx.measureText(word.text).width, a = x(word.x), b = y(word.y);
@@ -184,6 +195,44 @@
       ctx.fillText(word.text, word.left ? a - long - 7 * ratio : a + 7 * ratio, b + (word.below ? 15 : -6) * ratio);
     }
     ctx.restore();
+  }
+
+  const events = chart => chart.rules.filter(rule => rule.upright && rule.text).sort((a, b) => a.at - b.at);
+
+  // Where the words of upright lines stand above a chart, from its left edge, px; words that meet others are left out.
+  function above(u, chart) {
+    const wide = u.over.clientWidth;
+    let free = -Infinity;
+    return events(chart).flatMap(event => {
+      const at = u.valToPos(event.at, "x"), long = 0.92 * LETTER * event.text.length;
+      const left = Math.max(Math.min(at - long / 2, wide - long), 4);
+      if (at < -1 || at > wide + 1 || left <= free) return [];
+      free = left + long + LETTER;
+      return [{event, left}];
+    });
+  }
+
+  // A button for each mark above a chart shows the part from it to the next.
+  function label(u, chart) {
+    const spots = above(u, chart), now = spots.map(({event, left}) => `${event.text} ${Math.round(left)}`).join("|");
+    if (now === chart.labels) return;
+    chart.labels = now;
+    u.over.parentNode.querySelectorAll(".event").forEach(button => button.remove());
+    for (const {event, left} of spots) {
+      const button = document.createElement("button");
+      button.className = "event";
+      button.tabIndex = -1; // the keys N and P of the chart reach it
+      button.textContent = event.text;
+      button.style.left = `${u.over.offsetLeft + left}px`;
+      button.style.top = `${u.over.offsetTop - 17}px`;
+      button.addEventListener("click", () => visit(chart, event));
+      u.over.parentNode.append(button);
+    }
+  }
+
+  function visit(chart, event) {
+    const next = events(chart).find(other => other.at > event.at);
+    show(chart, ...(event.band.length ? event.band : [event.at, next ? next.at : chart.x.ends[1]]));
   }
 
   function axis(chart, side) {
@@ -220,16 +269,67 @@
   function show(chart, low, high) {
     if (chart.timed) part = low === null ? null : [low * chart.x.size, high * chart.x.size];
     else chart.own = low === null ? null : [low, high];
-    for (const other of chart.timed ? drawn.filter(one => one.timed) : [chart]) {
-      const [min, max] = ends(other);
-      other.plot.setScale("x", {min, max});
-    }
+    refresh();
   }
 
-  function draw(figure) {
+  // Draws the charts in sight that show another part than they should, at the next frame.
+  function refresh() {
+    if (due) return;
+    due = true;
+    requestAnimationFrame(() => {
+      due = false;
+      for (const chart of drawn) {
+        const [min, max] = ends(chart), {x} = chart.plot.scales;
+        if (chart.seen && (x.min !== min || x.max !== max)) chart.plot.setScale("x", {min, max});
+      }
+    });
+  }
+
+  // What a zoomed chart shows of the curves; "" for the whole chart.
+  function resolution(chart) {
+    if (ends(chart) === chart.x.ends) return "";
+    const {step, dots} = chart.kept;
+    return [step ? `least and greatest of each ${reading(Number(step.toPrecision(2)), "s")}` : "every value",
+            ...(dots > 1 ? [`one dot of ${dots}`] : [])].join("; ");
+  }
+
+  // Puts the cursor of all charts over time, and the mark on each map, at an instant, s; null for nowhere.
+  function point(t, source) {
+    for (const chart of drawn) {
+      if (chart === source || !chart.timed || !chart.seen) continue;
+      const left = t === null ? -10 : chart.plot.valToPos(t / chart.x.size, "x");
+      chart.plot.setCursor({left: left <= chart.plot.over.clientWidth ? left : -10, top: 10}, false, false);
+      chart.plot.setLegend({idxs: chart.plot.cursor.idxs}, false);
+    }
+    document.querySelectorAll("svg[data-track]").forEach(map => spot(map, t));
+  }
+
+  // Marks the place at an instant on a map, between those beside it; nothing outside the map.
+  function spot(map, t) {
+    const rows = map.track ??= map.dataset.track.split(" ").map(Number), last = rows.length / 3 - 1;
+    let mark = map.querySelector(".here");
+    if (!mark) {
+      mark = document.createElementNS(map.namespaceURI, "circle");
+      mark.setAttribute("class", "here");
+      mark.setAttribute("r", 6);
+      map.append(mark);
+    }
+    let k = 0;
+    while (k < last && rows[3 * k + 3] < t) k++;
+    const there = t !== null && t >= rows[0] && k < last;
+    mark.style.display = there ? "" : "none";
+    if (!there) return;
+    const part = (t - rows[3 * k]) / (rows[3 * k + 3] - rows[3 * k] || 1);
+    ["cx", "cy"].forEach((name, n) => {
+      const [a, b] = [rows[3 * k + n + 1], rows[3 * k + n + 4]];
+      mark.setAttribute(name, a + part * (b - a));
+    });
+  }
+
+  async function draw(figure) {
     const still = figure.querySelector("svg"), chart = JSON.parse(figure.dataset.chart);
     const {width, height} = still.getBoundingClientRect();
-    const {data, options, bands} = series(chart);
+    const {data, options, bands} = series(chart, await unpack(chart));
     const place = document.createElement("div"), head = heading(chart);
     place.className = "curves";
     place.append(head);
@@ -253,15 +353,17 @@
       series: [{label: chart.x.label || "at", value: u => reading(cursor(u), chart.x.unit)}, ...options],
       cursor: {
         drag: {x: true, y: false, setScale: false}, y: false, points: {show: false},
-        sync: chart.timed ? {key: `time ${chart.x.unit}`, setSeries: false,
-                             filters: {pub: type => type === "mousemove" || type === "mouseleave"}} : undefined,
         bind: {dblclick: () => () => { show(chart, null, null); }},
       },
       hooks: {
         ready: [u => {
           for (const part of [head, u.root.querySelector(".u-legend")]) part.style.marginLeft = u.over.style.left;
         }],
-        draw: [u => across(u, chart)],
+        draw: [u => { across(u, chart); label(u, chart); }],
+        setCursor: [u => {
+          u.setLegend({idxs: u.cursor.idxs}, false);
+          if (chart.timed) point(cursor(u) === null ? null : cursor(u) * chart.x.size, chart);
+        }],
         setSelect: [u => {
           const {left, width: wide} = u.select;
           if (wide > 4) show(chart, u.posToVal(left, "x"), u.posToVal(left + wide, "x"));
@@ -273,7 +375,7 @@
         }],
       },
     }, data, place);
-    chart.plot = plot;
+    Object.assign(chart, {plot, figure, options, seen: false});
     const room = () => Math.max(LEAST, height - head.offsetHeight);
     plot.setSize({width, height: room()});
     new ResizeObserver(() => {
@@ -281,28 +383,34 @@
       if (wide > 0 && Math.abs(wide - plot.width) > 1) plot.setSize({width: wide, height: room()});
     }).observe(figure);
     drawn.push(chart);
+    shared.draws.forEach(call => call(chart));
   }
 
   function begin() {
     const figures = document.querySelectorAll("figure.live");
-    const sight = new IntersectionObserver(seen => {
-      for (const {target, isIntersecting} of seen) {
+    const near = new IntersectionObserver(found => {
+      for (const {target, isIntersecting} of found) {
         if (!isIntersecting) continue;
-        sight.unobserve(target);
-        try {
-          draw(target);
-        } catch (error) { // the still picture stays
+        near.unobserve(target);
+        draw(target).then(() => seen.observe(target), error => { // the still picture stays
           target.classList.remove("drawn");
           target.querySelector(".curves")?.remove();
           console.error(error);
-        }
+        });
       }
     }, {rootMargin: "300px"});
-    figures.forEach(figure => sight.observe(figure));
+    const seen = new IntersectionObserver(found => {
+      for (const {target, isIntersecting} of found) {
+        drawn.find(({figure}) => figure === target).seen = isIntersecting;
+      }
+      refresh();
+    });
+    figures.forEach(figure => near.observe(figure));
     for (const hint of document.querySelectorAll(".hint")) hint.hidden = false;
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       for (const {plot} of drawn) plot.redraw(false);
     });
   }
   document.addEventListener("DOMContentLoaded", begin);
+  return Object.assign(shared, {css, ends, show, point, visit, events, above, cursor, resolution, unpack});
 })();

@@ -7,9 +7,11 @@ the still picture is seen.
 from __future__ import annotations
 
 import base64
+import hashlib
 import html
 import json
-from collections.abc import Sequence
+import zlib
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
@@ -44,20 +46,19 @@ def can_live(chart: Chart) -> bool:
     )
 
 
-def live(still: str, chart: Chart, across: Ends, upright: Ends, columns: int, left: float, *, named: bool) -> str:
+def live(still: str, chart: Chart, across: Ends, upright: Ends, left: float, *, named: bool) -> str:
     """Return a chart as HTML: its still picture, and the data from which the script draws it.
 
     Args:
         still: the picture, SVG.
         across, upright: ends of both axes, SI.
-        columns: in which a curve keeps its least and greatest value, about one for each pixel.
         left: least room left of the curves, px.
         named: whether the names of its marks are beside it.
     """
     (x_unit, x_size), (y_unit, y_size) = chart.unit(False), chart.unit(True)
     if not chart.x.log:
         _, _, x_unit, x_size = style.time_ticks(*across)
-    data = _Data(x_size, y_size, columns)
+    data = _Data(x_size, y_size)
     for mark, color in zip(chart.marks, style.of_marks(chart.marks), strict=True):
         data.add(mark, _paint(color), chart)
     axes = [
@@ -67,7 +68,8 @@ def live(still: str, chart: Chart, across: Ends, upright: Ends, columns: int, le
     ]  # fmt: skip
     whole = {"title": chart.title, "left": left, "timed": not chart.x.log, "x": axes[0], "y": axes[1],
              "curves": data.curves, "bands": data.bands, "rules": data.rules, "words": data.words,
-             "places": list(data.places)}  # fmt: skip
+             "kept": data.kept, "counts": [len(part) for part in data.numbers.values()],
+             "numbers": _packed(list(data.numbers.values()))}  # fmt: skip
     text = html.escape(json.dumps(whole, ensure_ascii=False, allow_nan=False))
     return f'<figure class="{"live" if named else "live short"}" data-chart="{text}">{still}</figure>'
 
@@ -78,24 +80,27 @@ class _Data:
 
     x_size: float
     y_size: float
-    columns: int
     curves: list[dict[str, Any]] = field(default_factory=list)
     bands: list[dict[str, Any]] = field(default_factory=list)
     rules: list[dict[str, Any]] = field(default_factory=list)
     words: list[dict[str, Any]] = field(default_factory=list)
-    places: dict[str, int] = field(default_factory=dict)  # times, which many curves have in common
+    numbers: dict[bytes, Array] = field(default_factory=dict)  # all arrays; many curves have the same times
+    # what it has of the curves: width of the columns of extremes, s, 0 if every value; every how many-th dot
+    kept: dict[str, float] = field(default_factory=lambda: {"step": 0.0, "dots": 1})
 
     def add(self, mark: Mark, paint: str, chart: Chart) -> None:
         """Add a mark in a colour."""
         x, y = self.x_size, self.y_size
         match mark:
             case Line():
-                at, values = _thinned(mark, self.columns, log=chart.x.log)
+                at, values, step = _thinned(mark, log=chart.x.log)
+                self.kept["step"] = max(self.kept["step"], step)
                 self._curve(mark.name, paint, at, values, WIDTHS[mark.weight], mark.dash, 6.0 if mark.marker else 0.0,
                             turns=mark.turn > 0.0)  # fmt: skip
             case Dots():
-                some = slice(None, None, max(1, len(mark.x) // MOST_DOTS))
-                at, values = mark.x[some], mark.y[some]
+                every = max(1, len(mark.x) // MOST_DOTS)
+                self.kept["dots"] = max(self.kept["dots"], every)
+                at, values = mark.x[::every], mark.y[::every]
                 self._curve(mark.label, paint, at, values, 0.0, "", mark.size / style.POINTS_PER_PIXEL)
             case Band():
                 self._band(mark.label, paint, mark.x, mark.low, mark.high, share=False)
@@ -116,21 +121,25 @@ class _Data:
                 self.words.append({"x": mark.x / x, "y": mark.y / y, "text": mark.text, "left": mark.left,
                                    "below": mark.below, "soft": mark.soft})  # fmt: skip
 
-    def _place(self, x: Array) -> int:
-        return self.places.setdefault(_coded(x / self.x_size), len(self.places))
+    def _number(self, values: Array) -> int:
+        """Return the number of an array, 4-byte floats; a gap where a value is beyond their range."""
+        small = np.where(np.abs(values) <= _MOST, values, np.nan).astype("<f4")
+        self.numbers.setdefault(small.tobytes(), small)
+        return list(self.numbers).index(small.tobytes())
 
     def _curve(
         self, name: str, paint: str, x: Array, y: Array, width: float, dash: Dash, dots: float, *, turns: bool = False
     ) -> None:
+        at, values = self._number(x / self.x_size), self._number(y / self.y_size)
         self.curves.append(
-            {"name": name, "color": paint, "x": self._place(x), "y": _coded(y / self.y_size), "width": round(width, 2),
-             "dash": _dashes(dash), "dots": dots, "turns": turns}
+            {"name": name, "color": paint, "x": at, "y": values, "width": round(width, 2), "dash": _dashes(dash),
+             "dots": dots, "turns": turns}
         )  # fmt: skip
 
     def _band(self, name: str, paint: str, x: Array, low: Array, high: Array, *, share: bool) -> None:
         self.bands.append(
-            {"name": name, "color": paint, "x": self._place(x), "low": _coded(low / self.y_size),
-             "high": _coded(high / self.y_size), "share": share}
+            {"name": name, "color": paint, "x": self._number(x / self.x_size), "low": self._number(low / self.y_size),
+             "high": self._number(high / self.y_size), "share": share}
         )  # fmt: skip
 
     def _rule(
@@ -153,47 +162,72 @@ def _paint(color: Any) -> str:
     return _TIES.get(css, css)
 
 
-def _thinned(mark: Line, columns: int, *, log: bool) -> tuple[Array, Array]:
-    """Return a line with the extremes of each column; not-a-number stands in its gaps and jumps."""
+def _thinned(mark: Line, *, log: bool) -> tuple[Array, Array, float]:
+    """Return a line with the extremes of each column, and the width of a column, s, 0 if every point is kept;
+    not-a-number stands in its gaps and jumps."""
     parts = list(pieces(mark))
     if not parts:
-        return np.empty(0), np.empty(0)
+        return np.empty(0), np.empty(0), 0.0
     start, end = float(parts[0][0][0]), float(parts[-1][0][-1])
     drawn: list[Array] = []
+    step = mark.step
     for number, (at, values) in enumerate(parts):
         if number:
             drawn.append(np.array([[at[0], np.nan]]))
-        some = max(2, round(columns * float(at[-1] - at[0]) / (end - start))) if end > start else 2
-        thin = (at, values) if log or mark.marker else style.envelope(at, values, float(at[0]), float(at[-1]), some)
-        drawn.append(np.column_stack(thin))
+        some = max(2, round(style.FINEST * float(at[-1] - at[0]) / (end - start))) if end > start else 2
+        if not (log or mark.marker) and len(at) > 2 * some:
+            step = max(step, float(at[-1] - at[0]) / some)
+            at, values = style.envelope(at, values, float(at[0]), float(at[-1]), some)
+        drawn.append(np.column_stack((at, values)))
     x, y = np.concatenate(drawn).T
-    return x, y
+    return x, y, step
 
 
-def _coded(values: Array) -> str:
-    """Return numbers as the script reads them: 4-byte floats, base 64; a gap where one is beyond their range."""
-    small = np.where(np.abs(values) <= _MOST, values, np.nan)
-    return base64.b64encode(small.astype("<f4").tobytes()).decode()
+def _packed(arrays: Sequence[Array]) -> str:
+    """Return arrays of 4-byte floats as the script reads them: the differences of their bits as unsigned integers that
+    are small for small differences of either sign, first all lowest bytes, then the next; deflated; base 64."""
+    parts = [np.diff(part.view("<u4"), prepend=np.uint32(0)).view("<i4") for part in arrays]
+    steps = np.concatenate([np.empty(0, "<i4"), *parts])
+    planes = ((steps << 1) ^ (steps >> 31)).astype("<i4").view(np.uint8).reshape(-1, 4).T
+    packer = zlib.compressobj(6, wbits=-15)
+    return base64.b64encode(packer.compress(planes.tobytes()) + packer.flush()).decode()
 
 
 def with_scripts(body: Sequence[str]) -> list[str]:
     """Return the parts of a page; if it has such charts, with a sentence above the first, and the scripts."""
     first = next((k for k, part in enumerate(body) if '<figure class="live' in part), None)
-    return list(body) if first is None else [*body[:first], _HINT, *body[first:], _scripts()]
+    if first is None:
+        return list(body)
+    style_text, script = _scripts()
+    return [*body[:first], _HINT, *body[first:], f"<style>{style_text}</style><script>{script}</script>"]
+
+
+def policy(body: Iterable[str]) -> str:
+    """Return what a page may load and run: nothing from elsewhere, and no script but ours."""
+    allowed = ""
+    if any("<script>" in part for part in body):
+        digest = base64.b64encode(hashlib.sha256(_scripts()[1].encode()).digest()).decode()
+        allowed = f" script-src 'sha256-{digest}';"
+    return f"default-src 'none';{allowed} style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
 
 
 _HINT = (
     '<p class="note hint" hidden>Drag across a curve to zoom in; a double click shows all again. Move over a curve to '
-    "read its values; click on a name to hide its curve.</p>"
+    "read its values; click on a name to hide its curve, and on a mark above to see what follows it. A chart that was "
+    "clicked on follows the wheel and the keys: <kbd>←</kbd> <kbd>→</kbd> move the cursor, with <kbd>Shift</kbd> far; "
+    "<kbd>+</kbd> <kbd>−</kbd> zoom; <kbd>Page Up</kbd> <kbd>Page Down</kbd> move the part that is shown; "
+    "<kbd>Esc</kbd> shows all.</p>"
 )
 
 
 @cache
-def _scripts() -> str:
-    """Return the style and the scripts of such charts, HTML."""
+def _scripts() -> tuple[str, str]:
+    """Return the style and the script of such charts."""
     texts = {name: files(__package__).joinpath(name).read_text(encoding="utf-8")
-             for name in ("uPlot.min.css", "live_chart.css", "uPlot.iife.min.js", "live_chart.js")}  # fmt: skip
-    return (
-        f"<style>{texts['uPlot.min.css']}\n{texts['live_chart.css']}</style>"
-        f"<script>{texts['uPlot.iife.min.js']}\n{texts['live_chart.js']}</script>"
-    )
+             for name in ("uPlot.min.css", "live_chart.css", "uPlot.iife.min.js", *_SCRIPTS)}  # fmt: skip
+    style_text = f"{texts['uPlot.min.css']}\n{texts['live_chart.css']}"
+    return style_text, "\n".join(texts[name] for name in ("uPlot.iife.min.js", *_SCRIPTS))
+
+
+_SCRIPTS = ("live_chart.js", "chart_controls.js")
+"""In this order."""
