@@ -11,7 +11,9 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -22,17 +24,20 @@ from sinssim.cli.app import main
 from sinssim.content import new_navigator, package_content
 from sinssim.data import ImuData, Measurements, NavState
 from sinssim.earth.ellipsoids import WGS84
-from sinssim.errors import InputError
+from sinssim.errors import InputError, RunError
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.navigation_section import NavigatorSection
+from sinssim.simulation import foreign_navigator
 from sinssim.simulation.foreign_navigator import (
     VARIABLE,
+    _end_words,
     check_programs,
     end_programs,
     first_message,
     foreign_solutions,
 )
-from sinssim.simulation.navigator_protocol import Feed
+from sinssim.simulation.navigator_protocol import Feed, rows_of
+from sinssim.simulation.truth_and_sensors import RecordedMotion
 from tests.slow import slow
 
 TEMPLATES = package_content("scenarios") / "new_navigator"
@@ -553,3 +558,102 @@ def test_an_hour_of_s_turns_in_c(tmp_path: Path) -> None:
     feed = Feed(numbers, ImuData(flight.time, flight.dtheta, flight.dvel), ())
     solution = navigated(NavigatorSection(name="c", library=str(tmp_path / "c.so")), feed)
     assert flight.horizontal_error(solution.latitude, solution.longitude).max() == pytest.approx(13.5, abs=0.1)
+
+
+HEAD = b"SINSSIM\0" + struct.pack("<II", 1, 0)
+STATE = struct.pack("<HHI11d", 6, 0, 88, *([0.0] * 11))
+FULL = struct.pack("<HHI27d", 6, 0, 216, *([0.0] * 27))
+
+
+@pytest.mark.parametrize(
+    ("data", "text", "words"),
+    [
+        (HEAD, False, "it answers no solution."),
+        (HEAD[:4], False, "its answer begins with 'SINS' instead of the header of the protocol; form"),
+        (b"\xff" * 16, False, "instead of the header of the protocol."),
+        (b"ABCDEFG\0" + HEAD[8:], False, "instead of the header of the protocol."),
+        (HEAD + STATE + FULL, False, "its solution number 2 has another size than those before."),
+        (HEAD + STATE + STATE[:40], False, "its last message ends after 40 of 96 bytes."),
+        (b"", True, 'its answer begins with nothing instead of the line "sinssim 1".'),
+        (b"latitude 1\n", True, "its answer begins with 'latitude 1' instead of the line \"sinssim 1\"."),
+        (b"sinssim 2\n", True, "it answers in version 2 of the protocol, but this is version 1."),
+        (b"sinssim 1\n", True, "it answers no solution."),
+        (b"sinssim 1\nsolution 1 2\n", True,
+         "line 2 of its answer, 'solution 1 2', is not \"solution\" with 11 or 27 numbers, the same in all lines."),
+        (b"sinssim 1\nsolution" + 10 * b" 1" + b" x\n", True,
+         "line 2 of its answer, 'solution 1 1 1 1 1 1 1 1 1 1 x', has a word for a number."),
+    ],
+)  # fmt: skip
+def test_answers_that_are_none(data: bytes, text: bool, words: str) -> None:
+    with pytest.raises(RunError) as error:
+        rows_of(data, text=text)
+    assert words in str(error.value)
+    assert str(error.value).endswith(words) or words.endswith("form")
+
+
+def test_how_a_program_ends() -> None:
+    words = [_end_words(code) for code in (0, 3, -9, -99)]
+    assert words == ["status 0", "status 3", "the signal SIGKILL", "the signal 99"]
+
+
+def test_a_file_that_cannot_be_executed(tmp_path: Path) -> None:
+    (tmp_path / "nav").write_text("text")
+    with pytest.raises(InputError, match=r"navigator\.1\.command: '.*nav' is not executable \(chmod \+x\)\."):
+        check_programs(scenario_of({"name": "mine", "command": [str(tmp_path / "nav")]}))
+
+
+def test_after_an_alignment_the_sensors_give_the_errors_of_the_start() -> None:
+    """50 µg tilt by 50e-6 g; 0.01 deg/h turn the heading by their ratio to the Earth's rate to the north."""
+    scenario = scenario_of(
+        imu={"grade": "ideal", "rate_hz": 50.0, "gyro_bias_sigma_deg_h": 0.01, "accel_bias_sigma_ug": 50.0},
+        navigation={"alignment": {"duration_s": 10.0}},
+        parked={"latitude_deg": 45.0, "duration_s": 20.0},
+    )
+    imu = ImuData(0.02 * np.arange(3), np.zeros((2, 3)), np.zeros((2, 3)))
+    start = NavState(0.8, 0.2, 100.0, np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
+    sigma = first_message(scenario, WGS84, None, imu, start)["state_sigma"]
+    assert sigma[6:8] == pytest.approx(50e-6, rel=1e-3, abs=0.0)
+    assert sigma[8] == pytest.approx(0.01 * math.pi / 648_000.0 / (7.292115e-5 * math.cos(0.8)), rel=1e-9, abs=0.0)
+
+
+def test_of_a_log_the_date_and_the_readings_of_its_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
+    """GPS time 1000.25 s is the run's time 0; the input "gnss" has position and velocity, in order of arrival."""
+    sent: list[Feed] = []
+    monkeypatch.setattr(foreign_navigator, "navigated", lambda navigator, feed: sent.append(feed))
+    late = replace(readings(), time=np.array([2.0, 1.0]), arrival=np.array([3.0, 1.5]))
+    of_log = [SimpleNamespace(measurements=replace(late, name=name))
+              for name in ("gnss-position", "gnss-velocity", "baro", "gnss2-position")]  # fmt: skip
+    monkeypatch.setattr("sinssim.simulation.recorded_filter_run.all_readings", lambda prepared: of_log)
+    log = SimpleNamespace(zero=SimpleNamespace(seconds=1000, fraction=0.25))
+    truth: Any = RecordedMotion(SimpleNamespace(log=log), None)  # type: ignore[arg-type]
+    scenario = scenario_of({"name": "mine", "command": ["true"], "inputs": ["imu", "gnss"]}, aiding={"gnss": {}})
+    imu = ImuData(0.02 * np.arange(4), np.zeros((3, 3)), np.zeros((3, 3)))
+    start = NavState(0.8, 0.2, 100.0, np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
+    foreign_solutions(scenario, truth, imu, imu, start)
+    (feed,) = sent
+    assert feed.begin["epoch_gps_s"] == 1000.25
+    assert [m.name for m in feed.readings] == ["gnss-position", "gnss-velocity"]
+    assert [m.arrival.tolist() for m in feed.readings] == [[1.5, 3.0]] * 2
+    assert [m.value[:, 0].tolist() for m in feed.readings] == [[102.0, 101.0]] * 2
+
+
+REFUSING = """
+#include <stdint.h>
+#include <stdlib.h>
+uint32_t sinssim_version(void) { return 1; }
+int sinssim_begin(const void *data, uint64_t size) { return getenv("REFUSES") ? 3 : 0; }
+int64_t sinssim_block(const void *data, uint64_t size, void *out, uint64_t most) { return -5; }
+void sinssim_end(void) {}
+"""
+
+
+@pytest.mark.skipif(not shutil.which("cc"), reason="needs a C compiler")
+def test_a_library_that_refuses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import subprocess
+
+    (tmp_path / "x.c").write_text(REFUSING)
+    subprocess.run(["cc", "-shared", "-fPIC", "-o", str(tmp_path / "x.so"), str(tmp_path / "x.c")], check=True)
+    scenario = scenario_of({"name": "mine", "library": str(tmp_path / "x.so")})
+    assert "the library fails: sinssim_block returns -5." in failure_of(scenario)
+    monkeypatch.setenv("REFUSES", "1")
+    assert "the library refuses to begin: sinssim_begin returns 3." in failure_of(scenario)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,7 @@ import pytest
 import sinssim
 from sinssim.data import NavSolution, NavState
 from sinssim.errors import InputError
-from sinssim.exhibits import Exhibits, Sentence
+from sinssim.exhibits import Exhibits, Sentence, Table
 from sinssim.experiments.run.filter_summary import Moment
 from sinssim.formatting import signed
 from sinssim.recording.page import page_of
@@ -19,6 +21,7 @@ from sinssim.scenario import Scenario, load_scenario
 from sinssim.simulation.path_errors import (
     PathErrors,
     Piece,
+    _reached,
     at_centre,
     containments,
     misses,
@@ -28,7 +31,9 @@ from sinssim.simulation.path_errors import (
 )
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.truth.flight.flight_plan import FlightPlan
-from sinssim.truth.flight.planned_path import PlannedTrack
+from sinssim.truth.flight.legs.waypoint import WaypointLeg
+from sinssim.truth.flight.planned_path import PlannedTrack, great_circle
+from sinssim.truth.trajectory import FlightEvent
 
 NMI = 1852.0
 RUNS = 200
@@ -212,6 +217,16 @@ def test_a_flight_by_the_truth_has_no_navigation_error_of_its_own() -> None:
     np.testing.assert_array_equal(errors.fte, errors.tse)
     assert np.abs(errors.tse[some, 0]).max() < 3.0
     assert entry["solutions"]["quaternion"]["nse_across_max_m"] > 100.0
+    part = run.parts["planned_path"]
+    numbers = {f"nse_{axis}_{what}_m": float(10 * k + m) for k, axis in enumerate(("across", "along", "vertical"), 1)
+               for m, what in enumerate(("95", "max"))}  # fmt: skip
+    part.enter({**part.entry, "solutions": {"quaternion": numbers}})
+    (table,) = (
+        item for item in part.exhibits() if isinstance(item, Table) and item.title == "Navigation system errors"
+    )
+    heads = ["across 95 %", "across largest", "along 95 %", "along largest", "vertical 95 %", "vertical largest"]
+    assert [column.head for column in table.columns] == ["solution", *heads]
+    assert [list(row) for row in table.rows] == [["quaternion", 10.0, 11.0, 20.0, 21.0, 30.0, 31.0]]
     contents = by_truth().contents()
     contents["flight"]["legs"][1].pop("rnp")
     plain = sinssim.run(Scenario.model_validate(contents))
@@ -352,3 +367,61 @@ def test_the_recording_has_the_three_paths(run: sinssim.Run, errors: PathErrors)
     assert np.isnan(paths["planned"].latitude[errors.leg < 0]).all()
     miss = abs(run.summary["guidance"]["waypoints"][0]["right_m"])
     assert paths["waypoints"].words == (f"N ({miss:.3g} m left)",)
+
+
+def test_the_aided_solution_comes_with_the_filter(run: sinssim.Run) -> None:
+    """It is here that of the algorithm, and has the same errors: of its own flight, or beside one by the truth."""
+    assert isinstance(run.truth, Truth)
+    assert run.truth.guided is not None
+    solution = run.solutions["quaternion"]
+    aided: Any = SimpleNamespace(estimate=SimpleNamespace(solution=solution, innovations=()))
+    by_filter = replace(run.truth, guided=replace(run.truth.guided, source="aided"))
+    flown: Any = SimpleNamespace(scenario=run.scenario, truth=by_filter, solutions={})
+    for name in ("planned_path", "guidance"):
+        kept = run.parts[name]
+        part = replace(kept, run=flown, aided=aided, **({"kept": {}} if name == "planned_path" else {}))
+        part.enter({"not": "this"})
+        found: Any = part.with_filter()
+        assert found == {**kept.entry, "source": "aided"}
+    path = run.parts["planned_path"]
+    assert replace(path, run=flown).after_filter
+    assert not path.after_filter
+    truth: Any = SimpleNamespace(scenario=run.scenario, truth=replace(run.truth, guided=None), solutions={})
+    beside = replace(path, run=truth, aided=aided, kept={})
+    beside.enter({"solutions": {"quaternion": {"nse_across_max_m": 1.0}}})
+    sizes: Any = beside.with_filter()["solutions"]
+    assert list(sizes) == ["quaternion", "aided"]
+    largest = path.entry["flight"]["nse_across_max_m"]
+    assert sizes["aided"]["nse_across_max_m"] == pytest.approx(largest, rel=1e-9)
+
+
+def test_the_places_of_a_route_are_reached_in_their_order() -> None:
+    """Only during the leg; a place without a name has its number."""
+    places = [{"latitude_deg": 1.0, "longitude_deg": 0.0, "name": "A"}, {"latitude_deg": 2.0, "longitude_deg": 0.0},
+              {"latitude_deg": 3.0, "longitude_deg": 0.0, "name": "C"}]  # fmt: skip
+    leg = WaypointLeg.model_validate({"type": "waypoint", "waypoints": places})
+    events = [(5.0, "A"), (20.0, "A"), (30.0, "C"), (40.0, "waypoint 2"), (50.0, "C"), (70.0, "C")]
+    path: Any = SimpleNamespace(events=[FlightEvent(at, f"{name} reached: 3.0 km away") for at, name in events])
+    assert _reached(path, leg, 10.0, 60.0) == [20.0, 40.0, 50.0]
+    assert _reached(path, leg, 20.0, 40.0) == [20.0, 40.0]
+
+
+def test_a_waypoint_that_the_flight_does_not_reach_is_not_missed(run: sinssim.Run) -> None:
+    assert isinstance(run.truth, Truth)
+    path, pieces = run.truth.trajectory, pieces_of(run.scenario, run.truth)
+    events = [event for event in path.events if event.text != "leg 2 (waypoint) ends"]
+    shorter: Any = SimpleNamespace(
+        trajectory=SimpleNamespace(events=events, state=path.state, ellipsoid=path.ellipsoid)
+    )
+    assert len(misses(run.scenario, run.truth, pieces)) == 1
+    assert misses(run.scenario, shorter, pieces) == []
+
+
+def test_a_bounded_path_says_nothing_beyond_its_ends() -> None:
+    """A kilometre to the north along the prime meridian at the equator, where the radius is a(1 − e²)."""
+    north = np.array([0.0, 1000.0 / 6335439.3273])
+    track = PlannedTrack(north, np.zeros(2), np.full(2, 50.0), 0.0, bounded=True)
+    assert track.at(np.array([500.0]))[0] == pytest.approx([0.5 * north[1], 0.0, 50.0], rel=1e-6, abs=1e-12)
+    assert np.isnan(track.at(np.array([-1.0, 1001.0]))).all()
+    there = great_circle((0.5, 1.0), (0.5, 1.0))
+    assert there.tolist() == [[0.5, 1.0], [0.5, 1.0]]

@@ -26,11 +26,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from sinssim.cli.commands.finished_runs import _scored_answers
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.run import paced_stream
 from sinssim.experiments.run.execute import run as run_scenario
 from sinssim.experiments.run.paced_stream import columns_of_answers, pace_of, place_of, scored, send_at_pace
-from sinssim.experiments.run.stream_packets import FORMS, Packet, Streamed, _true_states, streamed
+from sinssim.experiments.run.stream_packets import FORMS, Packet, Streamed, _logged, _true_states, streamed
 from sinssim.logs.solution_score import Judge
 from sinssim.logs.stored_run import RecordedRun
 from sinssim.scenario.schema import Scenario
@@ -527,3 +528,64 @@ def test_wrong_arguments(
     given = [str(place) if word == "RUN" else word for word in arguments]
     assert call("stream", *given, "--to", f"udp://{LOOPBACK}:9", "--as", "json") == 2
     assert words in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        (b'{"latitude_rad": 0.8}', "an answer, {\"latitude_rad\": 0.8}, is no JSON object with time_s."),
+        (b'{"time_s": 1.0, "height_m": NaN}', "an answer, {\"time_s\": 1.0, \"height_m\": NaN}, is not finite."),
+        (b'{"time_s": true}', "an answer, {\"time_s\": true}, is not finite."),
+        (struct.pack("<HHI11d", 6, 0, 88, *[math.nan] * 11), "an answer is not finite."),
+        (struct.pack("<HHI10d", 6, 0, 88, *[0.0] * 10), "an answer ends after 88 of 96 bytes."),
+        (b"\x06\0\0\0", "an answer ends after 4 of 8 bytes."),
+        (struct.pack("<HHI10d", 6, 0, 80, *[0.0] * 10), "it answers with a message of kind 6 and 80 bytes; a solution "
+                                                        "has kind 6 and 88 or 216 bytes."),
+        (b"GARBAGE", "an answer, 'GARBAGE', is neither a solution of the protocol nor JSON."),
+    ],
+)  # fmt: skip
+def test_why_an_answer_is_left_out(answer: bytes, words: str) -> None:
+    assert columns_of_answers([answer]) == ({}, [words])
+
+
+def test_places_that_cannot_be_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind((LOOPBACK, 0))
+        here = paced_stream.Place("udp", LOOPBACK, taken.getsockname()[1])
+        with pytest.raises(InputError, match=rf"--listen {here}: Address already in use; another program may use it\."):
+            paced_stream.Listener(here, paced_stream.Place("udp", LOOPBACK, 9))
+
+    def unknown(*_: Any, **__: Any) -> None:
+        raise socket.gaierror(-2, "Name or service not known")
+
+    monkeypatch.setattr(socket, "getaddrinfo", unknown)
+    with pytest.raises(InputError, match=r"udp://a\.invalid:5: the host a\.invalid is not known \(Name or service"):
+        paced_stream._address(paced_stream.Place("udp", "a.invalid", 5), socket.SOCK_DGRAM)
+
+
+def test_answers_that_cannot_be_used_are_counted(of: Streamed, capsys: pytest.CaptureFixture[str]) -> None:
+    truth = of.run.table("truth")
+    rows = [json.dumps({name: float(values[k]) for name, values in truth.items()}).encode() for k in (0, 50, 100)]
+    numbers = _scored_answers(of, [b"garbage", *rows, b"{}"], quiet=False)
+    assert numbers["left_out"] == 2
+    why = "an answer, 'garbage', is neither a solution of the protocol nor JSON."
+    assert capsys.readouterr().out.endswith(f"2 answers could not be used; the first: {why}\n")
+
+
+def test_what_cannot_be_streamed(of: Streamed) -> None:
+    with pytest.raises(InputError, match=r"has no inertial sample of 1/0\.05 s\."):
+        streamed(of.run, rate_hz=0.05)
+    empty: Any = SimpleNamespace(algorithms=(), path="runs/none")
+    with pytest.raises(InputError, match=r"^runs/none has no solution, whose start a navigator could begin with\.$"):
+        _ = replace(of, content=SimpleNamespace(run=empty)).start  # type: ignore[arg-type]
+
+
+def test_what_the_flight_has_logged_at_an_instant() -> None:
+    tables = {
+        "flight": {"time_s": np.zeros(1)},
+        "flight_air": {"time_s": np.array([0.0, 2.0]), "k": np.array([5.0, 9.0])},
+    }
+    run = SimpleNamespace(streams=lambda name: ["", "_air"], table=tables.__getitem__)
+    of: Any = SimpleNamespace(run=run)
+    assert _logged(of, "k", np.array([0.5])) == pytest.approx([6.0])
+    assert _logged(of, "other", np.array([0.5])) is None

@@ -9,7 +9,7 @@ import numpy as np
 
 from sinssim.data import NavState
 from sinssim.earth.ellipsoids import WGS84
-from sinssim.experiments.run.parts.guided_flight import Guidance, OffPath, _between, _missed_words
+from sinssim.experiments.run.parts.guided_flight import Guidance, OffPath, _between, _horizontal, _missed_words
 from sinssim.simulation.path_errors import Miss
 
 SHOWN = ("tse_across_95", "tse_across_max", "tse_vertical_max", "nse_across_95", "nse_along_95", "nse_vertical_95",
@@ -71,3 +71,22 @@ def test_the_displacement_is_along_the_velocity_to_its_right_and_up() -> None:
     here = NavState(at + 10.0 / r1, at + 4.0 / r2, at + 1002.0, east, level)
     path: Any = SimpleNamespace(ellipsoid=WGS84)
     np.testing.assert_allclose(_between(there, here, at, path), [[4.0, -10.0, 2.0]], atol=1e-4)
+
+
+def test_a_flight_that_ends_early_tells_where() -> None:
+    part = Guidance(SimpleNamespace())  # type: ignore[arg-type]
+    end = {"time_s": 123.46, "latitude_deg": 47.12346, "longitude_deg": 8.5, "height_m": 432.4, "descent_mps": 2.34}
+    text = (
+        "The flight ends early, at 123.5 s, in leg 3 (land): too low. It is then at 47.1235°, 8.5000°, 432 m high{}, "
+        "sinking at 2.3 m/s."
+    )
+    for threshold, words in ((850.0, ", 850 m from the threshold of the runway"), (None, "")):
+        part.enter({"ended_early": "leg 3 (land): too low", "end": {**end, "threshold_m": threshold}})
+        (said,) = part._early(("page",))
+        assert said.text == text.format(words)  # type: ignore[union-attr]
+
+
+def test_without_a_solution_its_error_is_unknown() -> None:
+    begun: Any = SimpleNamespace(time=np.array([5.0, 6.0]))
+    assert np.isnan(_horizontal(None, None, 1.0))  # type: ignore[arg-type]
+    assert np.isnan(_horizontal(None, begun, 4.9))  # type: ignore[arg-type]
