@@ -16,7 +16,7 @@ from scipy.stats import chi2
 import sinssim
 from sinssim.content import package_content
 from sinssim.data import NavSolution, NavState
-from sinssim.errors import InputError
+from sinssim.errors import InputError, RunError
 from sinssim.recording.page import page_of
 from sinssim.scenario import Scenario, filter_model, load_scenario
 from sinssim.simulation import closed_loop as closing
@@ -24,6 +24,7 @@ from sinssim.simulation.closed_loop import NEAR, apart, by_sections, closed_loop
 from sinssim.simulation.path_errors import ending
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.flight.guidance import QUANTITIES as ALL
+from sinssim.truth.flight.guidance import AirData, SolutionErrors
 from sinssim.truth.flight.legs.landing import LandLeg
 from sinssim.truth.trajectory import Trajectory
 from tests.slow import slow
@@ -500,3 +501,55 @@ def test_a_drag_off_displaces_the_aircraft_against_what_it_believes(seed: int) -
     errors, summary, forged = flown("filter.gate=0", "filter.monitor_s=60")
     assert 400.0 <= summary["sensors"]["gnss-velocity"]["withdrawn_s"] < 460.0
     assert np.abs(errors.tse[-1, 0]) < 0.5 * forged
+
+
+def test_the_errors_of_a_trial_continue_those_before() -> None:
+    """At 1 Hz a trial knows 4 s, of which the first 2 have been flown; what comes after moves with its last row."""
+    rows = np.arange(72.0).reshape(6, 12)
+    fresh = 1000.0 + np.arange(48.0).reshape(4, 12)
+    readings = AirData(np.arange(6.0), np.arange(6.0) + 0.5, 10.0 * np.arange(6.0))
+    later = AirData(np.arange(5.0) - 0.25, np.arange(5.0), 100.0 + np.arange(5.0))
+    guidance = plan().flight.guidance.model_copy(update={"rate_hz": 1.0})  # type: ignore[union-attr]
+    believed = SolutionErrors(guidance, rows, airspeed=readings)
+    found = closing._continued(believed, SolutionErrors(guidance, fresh, airspeed=later), 2.0)
+    np.testing.assert_array_equal(found.values[:4], [*rows[:2], *fresh[2:]])
+    np.testing.assert_array_equal(found.values[4:, :9], rows[4:, :9] + fresh[-1, :9] - rows[3, :9])
+    np.testing.assert_array_equal(found.values[4:, 9:], rows[4:, 9:])
+    assert found.airspeed is not None
+    np.testing.assert_array_equal(found.airspeed.time, [0.0, 1.0, 2.75, 3.75, 4.0, 5.0])
+    np.testing.assert_array_equal(found.airspeed.errors, [0.0, 10.0, 103.0, 104.0, 40.0, 50.0])
+    assert found.height is None
+
+
+def test_a_section_that_does_not_settle_is_told(drifted: sinssim.Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each trial ends 5 m from the one before."""
+    logs = (SimpleNamespace(position_ecef=np.array([[0.0, 0.0, 5.0 * (k % 2)]])) for k in range(100))
+
+    class Flying:
+        def __init__(self, *given: Any) -> None: ...
+        def __enter__(self) -> Flying:
+            return self
+
+        def __exit__(self, *given: Any) -> None: ...
+        def fly(self, until: float, believed: Any) -> Any:
+            return next(logs), False
+
+        def keep(self, *, kept: bool) -> None: ...
+
+    for name, fake in (("SectionedFlight", Flying), ("solution_errors", lambda *given: None),
+                       ("true_motion", lambda *given, **keys: None), ("_continued", lambda *given: None),
+                       ("_alignment", lambda scenario: 7.5), ("_TRIALS", 3)):  # fmt: skip
+        monkeypatch.setattr(closing, name, fake)
+    long: Any = SimpleNamespace(start=0.0, end=1600.0)
+    with pytest.raises(RunError) as error:
+        by_sections(drifted.scenario, long, lambda fraction: None)
+    assert str(error.value) == (
+        "the flight by quaternion does not settle between 0 and 107.5 s: after 3 trials its path still moves by 5 m "
+        "from one trial to the next."
+    )
+
+
+def test_a_block_that_turns_has_no_errors_of_rates() -> None:
+    turning: Any = SimpleNamespace(imu=SimpleNamespace(rotation="continuous"))
+    none: Any = SimpleNamespace(imu=None, perfect=SimpleNamespace(imu=None))
+    assert not closing._rate_errors(turning, none, np.zeros(4)).any()

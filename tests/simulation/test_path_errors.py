@@ -14,6 +14,7 @@ import sinssim
 from sinssim.data import NavSolution, NavState
 from sinssim.errors import InputError
 from sinssim.exhibits import Exhibits, Sentence, Table
+from sinssim.experiments.ensembles.ensemble_verdicts import estimate
 from sinssim.experiments.run.filter_summary import Moment
 from sinssim.formatting import signed
 from sinssim.recording.page import page_of
@@ -30,6 +31,7 @@ from sinssim.simulation.path_errors import (
     size_of,
 )
 from sinssim.simulation.truth_and_sensors import Truth
+from sinssim.statistics.requirements import Quantity
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.truth.flight.planned_path import PlannedTrack, great_circle
@@ -352,6 +354,10 @@ def test_an_ensemble_keeps_and_judges_them() -> None:
     assert result.verdicts[0].value == pytest.approx(expected.max(), rel=0.01)
     assert result.verdicts[2].value < 3.0
     assert result.verdicts[3].value < 3.0
+    sizes = np.abs(result.errors.column("nse_m"))
+    assert estimate(result, Quantity("nse", "at", 60.0)).value == pytest.approx(sizes[:, row].max())
+    assert estimate(result, Quantity("nse", "end")).value == max(of_run[np.isfinite(of_run)][-1] for of_run in sizes)
+    assert estimate(result, Quantity("nse", "run")).value == pytest.approx(np.nanmax(sizes))
 
 
 def test_the_recording_has_the_three_paths(run: sinssim.Run, errors: PathErrors) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf, nan
 
 import pytest
@@ -10,12 +11,13 @@ from sinssim.analyses.error_budget.budget_exhibits import (
     _FIXED_GAINS,
     _over_time,
     _ranking,
+    _waypoints,
     allowance_cells,
     exhibits_of,
     lines_of,
     when,
 )
-from sinssim.analyses.error_budget.budget_result import Allowance, Answer
+from sinssim.analyses.error_budget.budget_result import Allowance, Answer, PredictedMiss
 from sinssim.exhibits import Table, four_digits
 from sinssim.recording.console import show
 from sinssim.statistics.requirement_verdict import Exceeded
@@ -152,3 +154,15 @@ def test_the_largest_values_of_sources() -> None:
         ["accel_bias", "45 µg", "any", "more than 1000 times the present value"],
         ["gyro_walk", "0.002 deg/√h", "–", "not even at zero, because the other sources give 6 km"],
     ]
+
+
+def test_the_predicted_misses_of_waypoints() -> None:
+    missed = replace(hand_budget(), waypoints=(PredictedMiss("N", 61.5, 1.5, -58.25, 29.5),))
+    (section,) = _waypoints(missed)
+    table = section.items[0]
+    assert isinstance(table, Table)
+    assert page(table) == (
+        ["waypoint", "at, s", "perfect navigator, m", "mean of all runs, m", "1σ, m"],
+        [["N", "61.5", "1.5", "−58.25", "29.5"]],
+    )
+    assert list(_waypoints(hand_budget())) == []

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import re
+from typing import Any
 
 import numpy as np
 import pytest
 
 from sinssim.charts import Axis, Chart, Line, Rule
-from sinssim.experiments.run.error_exhibits import _schuler_marks
+from sinssim.experiments.run.error_exhibits import _schuler_marks, requirement_sentences
 from sinssim.experiments.run.parts.phases import _cell
 from sinssim.recording.svg_chart import svg_of
 from sinssim.units import LENGTH_SCALE
@@ -47,3 +49,21 @@ def test_the_text_of_a_mark_is_not_on_the_axis() -> None:
 
 def test_numbers_without_exponents() -> None:
     assert [_cell(v) for v in (2774.3, -0.01234, 35869.2, 74.0, 0.0)] == ["2774", "−0.0123", "35869", "74.0", "0"]
+
+
+NUMBERS = {"requirement": "tse(run) <= 50 m", "verdict": "not met", "value": 63.217, "limit": 50.0, "unit": "m",
+           "time_s": 1234.5, "exceeded_from_s": 1000.26}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changed", "text", "kind"),
+    [
+        ({}, "NOT MET in this run. The value is 63.2 m at 1234.5 s, exceeded from 1000 s.", "warning"),
+        ({"verdict": "met", "exceeded_from_s": None}, "met in this run. The value is 63.2 m at 1234.5 s.", ""),
+        ({"value": None}, "undecided. This run has no such value.", "warning"),
+        ({"value": math.nan}, "undecided. This run has no such value.", "warning"),
+    ],
+)
+def test_the_verdict_of_one_run_in_words(changed: dict[str, Any], text: str, kind: str) -> None:
+    (said,) = requirement_sentences([{**NUMBERS, **changed}])  # type: ignore[typeddict-item]
+    assert (said.text, said.kind) == (f"tse(run) <= 50 m: {text}", kind)
