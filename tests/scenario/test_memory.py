@@ -111,3 +111,11 @@ def test_what_does_not_fit_is_refused_by_name(
     assert scenario.parked is not None
     shorter = scenario.parked.model_copy(update={"duration_s": 0.97 * fits})
     check_memory(scenario.model_copy(update={"parked": shorter}))
+
+
+def test_the_readings_of_all_sensors_count() -> None:
+    """A fix has two, position and velocity: GNSS and a barometer at 2 Hz have three times those of a barometer."""
+    both = standing(300.0, aiding=2.0)
+    assert both.aiding is not None
+    alone = both.model_copy(update={"aiding": both.aiding.model_copy(update={"gnss": None})})
+    assert needed_memory(both).readings == 3.0 * needed_memory(alone).readings

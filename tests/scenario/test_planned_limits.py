@@ -12,6 +12,7 @@ import pytest
 from sinssim.errors import InputError
 from sinssim.experiments.run.plan_exhibits import plan_charts
 from sinssim.recording.figures import figure_of
+from sinssim.scenario import planned_limits
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.planned_limits import check_limits, findings
 from sinssim.scenario.schema import Scenario
@@ -19,6 +20,7 @@ from sinssim.truth.flight import jsbsim_model
 from sinssim.truth.flight.aircraft import ceiling, climb_rate, descent_rate, load_aircraft, speed_range
 from sinssim.truth.flight.flight_plan import planned_path
 from sinssim.truth.flight.jsbsim_model import quiet, trimmed_envelope
+from sinssim.truth.motions.parked_and_great_circle import GreatCircleFlight
 
 
 def scenario(
@@ -203,3 +205,16 @@ def test_the_picture_shows_map_height_and_speed(name: str) -> None:
 def test_recorded_sensors_have_no_plan() -> None:
     with pytest.raises(InputError, match="a motion in a vertical plane: there is no plan to draw"):
         plan_charts(load_scenario("one_component"))
+
+
+def test_a_great_circle_over_the_pole() -> None:
+    """From 60° N, 90° E to the north for 60°: over the pole, and to 60° N, 90° W."""
+    circle = GreatCircleFlight.model_validate(
+        {"latitude_deg": 60.0, "longitude_deg": 90.0, "course_deg": 0.0, "speed_mps": 200.0,
+         "duration_s": math.pi / 3.0 * planned_limits.RADIUS / 200.0}
+    )  # fmt: skip
+    over, *ends = planned_limits._on_circle(circle, np.array([0.0, 0.0, 1.0]))
+    assert over.latitude == pytest.approx(math.pi / 2.0, abs=1e-7)
+    assert over.when == f"at t = {math.pi / 6.0 * planned_limits.RADIUS / 200.0:.0f} s"
+    assert sorted(round(math.degrees(end.longitude), 6) for end in ends) == [-90.0, 90.0]
+    assert [end.latitude for end in ends] == pytest.approx([math.pi / 3.0] * 2)

@@ -36,7 +36,7 @@ from sinssim.simulation.foreign_navigator import (
     first_message,
     foreign_solutions,
 )
-from sinssim.simulation.navigator_protocol import Feed, rows_of
+from sinssim.simulation.navigator_protocol import Feed, _check_rows, rows_of, solution_of
 from sinssim.simulation.truth_and_sensors import RecordedMotion
 from tests.slow import slow
 
@@ -236,7 +236,10 @@ def test_messages_by_hand() -> None:
 
 def test_the_first_message_has_the_errors_of_start_and_sensors() -> None:
     """1σ of the heading is the hypotenuse of 3′ and 4′; the sensors have 6 and 12 times their unit."""
-    errors = {"heading_arcmin": 3.0, "heading_sigma_arcmin": 4.0, "north_m": 5.0, "position_sigma_m": 12.0}
+    errors = {"heading_arcmin": 3.0, "heading_sigma_arcmin": 4.0, "north_m": 5.0, "position_sigma_m": 12.0,
+              "roll_arcmin": 2.0, "pitch_arcmin": 3.0, "tilt_sigma_arcmin": 6.0, "height_m": 8.0,
+              "height_sigma_m": 15.0,
+              "velocity_north_mps": 1.5, "velocity_down_mps": 2.0, "velocity_sigma_mps": 2.0}  # fmt: skip
     sensors = {"gyro_rrw_deg_h_sqrt_h": 6.0, "gyro_instability_deg_h": 12.0,
                "accel_rrw_ug_sqrt_h": 6.0, "accel_instability_ug": 12.0}  # fmt: skip
     scenario = scenario_of(
@@ -246,7 +249,9 @@ def test_the_first_message_has_the_errors_of_start_and_sensors() -> None:
     start = NavState(0.8, 0.2, 100.0, np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
     numbers = first_message(scenario, WGS84, 7.0, imu, start)
     arcmin, per_hour, microg = math.pi / 10_800.0, math.pi / 648_000.0, 9.80665e-6
-    assert numbers["state_sigma"][[0, 1, 8]] == pytest.approx([13.0, 12.0, 5.0 * arcmin])
+    assert numbers["state_sigma"] == pytest.approx(
+        [13.0, 12.0, 17.0, 2.5, 2.0, 8.0**0.5, 7.0 * arcmin, 7.0 * arcmin, 5.0 * arcmin], rel=1e-12, abs=0.0
+    )
     assert numbers["gyro_walk"] == pytest.approx(6.0 * per_hour / 60.0, rel=1e-12, abs=0.0)
     assert numbers["gyro_instability"] == pytest.approx(12.0 * per_hour, rel=1e-12, abs=0.0)
     assert numbers["accel_walk"] == pytest.approx(6.0 * microg / 60.0, rel=1e-12, abs=0.0)
@@ -578,6 +583,8 @@ FULL = struct.pack("<HHI27d", 6, 0, 216, *([0.0] * 27))
         (b"latitude 1\n", True, "its answer begins with 'latitude 1' instead of the line \"sinssim 1\"."),
         (b"sinssim 2\n", True, "it answers in version 2 of the protocol, but this is version 1."),
         (b"sinssim 1\n", True, "it answers no solution."),
+        (b"sinssim 1\n\n", True,
+         "line 2 of its answer, '', is not \"solution\" with 11 or 27 numbers, the same in all lines."),
         (b"sinssim 1\nsolution 1 2\n", True,
          "line 2 of its answer, 'solution 1 2', is not \"solution\" with 11 or 27 numbers, the same in all lines."),
         (b"sinssim 1\nsolution" + 10 * b" 1" + b" x\n", True,
@@ -657,3 +664,24 @@ def test_a_library_that_refuses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert "the library fails: sinssim_block returns -5." in failure_of(scenario)
     monkeypatch.setenv("REFUSES", "1")
     assert "the library refuses to begin: sinssim_begin returns 3." in failure_of(scenario)
+
+
+def test_a_solution_without_a_time_has_its_number() -> None:
+    """The thirteenth: the third after ten others."""
+    rows = np.tile([0.0, 0.8, 0.2, 100.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], (4, 1))
+    rows[:, 0] = [1.0, 2.0, np.nan, 4.0]
+    with pytest.raises(RunError, match=r"^its solution number 13 is not finite\.$"):
+        _check_rows(rows, np.arange(6.0), 0.5, 10)
+
+
+def test_answers_that_begin_after_the_first_sample_follow_the_state_that_was_sent() -> None:
+    """A run that begins at 100 s."""
+    first = np.array([0.7, 0.1, 90.0, 1.0, 2.0, 3.0, 0.0, 1.0, 0.0, 0.0])
+    rows = np.tile([0.0, 0.8, 0.2, 100.0, 4.0, 5.0, 6.0, 1.0, 0.0, 0.0, 0.0], (3, 1))
+    rows[:, 0] = time = 100.0 + 0.02 * np.arange(1, 4)
+    solution = solution_of(rows, np.append(100.0, time), first, "mine")
+    np.testing.assert_array_equal(solution.time, [100.0, *time])
+    np.testing.assert_array_equal(solution.latitude, [0.7, 0.8, 0.8, 0.8])
+    np.testing.assert_array_equal(solution.height, [90.0, 100.0, 100.0, 100.0])
+    np.testing.assert_array_equal(solution.velocity_ned[:2], [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
+    np.testing.assert_array_equal(solution.q_nb[:2], [[0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]])

@@ -12,6 +12,7 @@ import pytest
 
 import sinssim
 from sinssim.data import NavSolution, NavState
+from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError
 from sinssim.exhibits import Exhibits, Sentence, Table
 from sinssim.experiments.ensembles.ensemble_verdicts import estimate
@@ -25,6 +26,7 @@ from sinssim.simulation.path_errors import (
     _reached,
     at_centre,
     containments,
+    ending,
     misses,
     path_errors,
     pieces_of,
@@ -431,3 +433,44 @@ def test_a_bounded_path_says_nothing_beyond_its_ends() -> None:
     assert np.isnan(track.at(np.array([-1.0, 1001.0]))).all()
     there = great_circle((0.5, 1.0), (0.5, 1.0))
     assert there.tolist() == [[0.5, 1.0], [0.5, 1.0]]
+
+
+def test_the_charts_and_the_map_of_the_paths(run: sinssim.Run) -> None:
+    part: Any = run.parts["planned_path"]
+    across, vertical = part._charts()
+    assert [chart.key for chart in (across, vertical)] == ["planned_path/across", "planned_path/vertical"]
+    assert [chart.title for chart in (across, vertical)] == ["Across the planned path, to its right",
+                                                             "Above the planned path"]  # fmt: skip
+    labels = [[mark.label for mark in chart.marks] for chart in (across, vertical)]
+    assert labels == [["FTE", "NSE", "TSE", "RNP 0.3", ""], ["FTE", "NSE", "TSE"]]
+    left, right = across.marks[3:]
+    assert (left.y.tolist(), right.y.tolist()) == ([-0.3 * NMI] * 2, [0.3 * NMI] * 2)
+    errors = part.errors
+    ends = errors.time[errors.leg == 1]
+    assert left.x.tolist() == [ends[0], ends[-1]]
+    assert not left.counts  # 556 m is more than four times the largest error
+    for chart, column in ((across, 0), (vertical, 2)):
+        for mark, values in zip(chart.marks, (errors.fte, errors.nse, errors.tse), strict=False):
+            np.testing.assert_array_equal(mark.y, values[:, column])
+    ((chart,),) = part._map().rows
+    named = [mark.label for mark in chart.marks if getattr(mark, "label", "")]
+    assert named == ["true", "believed", "planned", "RNP 0.3"]
+
+
+def test_where_a_flight_has_ended() -> None:
+    """One minute of arc north and 2 m above the threshold, near the equator: 1842.9 m on the ground."""
+    land = {"type": "land", "latitude_deg": 0.5, "longitude_deg": 9.0, "altitude_m": 10.0, "heading_deg": 0.0}
+    start = {"on": "air", "latitude_deg": 0.0, "longitude_deg": 9.0, "altitude_m": 500.0}
+    flight = FlightPlan.model_validate({"aircraft": "c172x", "start": start, "legs": [land]})
+    latitude, longitude = np.radians([0.5 + 1.0 / 60.0]), np.radians([9.0])
+    here = NavState(latitude, longitude, np.array([12.0]), np.array([[60.0, 1.0, 2.5]]), np.eye(4)[:1])
+    path: Any = SimpleNamespace(end=321.5, ellipsoid=WGS84, state=lambda time: here)
+    found = ending(flight, path)
+    assert found == {
+        "time_s": 321.5, "latitude_deg": pytest.approx(0.5 + 1.0 / 60.0), "longitude_deg": pytest.approx(9.0),
+        "height_m": 12.0, "descent_mps": 2.5, "threshold_m": pytest.approx(1842.9, abs=0.1),
+    }  # fmt: skip
+    hold = FlightPlan.model_validate(
+        {"aircraft": "c172x", "start": start, "legs": [{"type": "hold", "duration_s": 9.0}]}
+    )
+    assert ending(hold, path)["threshold_m"] is None

@@ -31,7 +31,20 @@ from sinssim.errors import InputError, RunError
 from sinssim.experiments.run import paced_stream
 from sinssim.experiments.run.execute import run as run_scenario
 from sinssim.experiments.run.paced_stream import columns_of_answers, pace_of, place_of, scored, send_at_pace
-from sinssim.experiments.run.stream_packets import FORMS, Packet, Streamed, _logged, _true_states, streamed
+from sinssim.experiments.run.stream_packets import (
+    FORMS,
+    Packet,
+    Streamed,
+    _accuracy,
+    _e7,
+    _hil_sensors,
+    _int16,
+    _logged,
+    _true_states,
+    _uint16,
+    _us,
+    streamed,
+)
 from sinssim.logs.solution_score import Judge
 from sinssim.logs.stored_run import RecordedRun
 from sinssim.scenario.schema import Scenario
@@ -589,3 +602,45 @@ def test_what_the_flight_has_logged_at_an_instant() -> None:
     of: Any = SimpleNamespace(run=run)
     assert _logged(of, "k", np.array([0.5])) == pytest.approx([6.0])
     assert _logged(of, "other", np.array([0.5])) is None
+
+
+def test_the_whole_numbers_of_mavlink() -> None:
+    """They stay within their fields; what is not known is 65535."""
+    assert [_int16(v) for v in (1.6, -1.6, 4e4, -4e4)] == [2, -2, 32767, -32768]
+    assert [_uint16(v) for v in (1.6, -1.6, 7e4)] == [2, 0, 65534]
+    assert [_accuracy(v) for v in (1.234, 1e-4, 0.0, 1e4)] == [123, 1, 65535, 65534]
+    assert [_e7(math.radians(v)) for v in (45.5, 359.0, 180.0)] == [455_000_000, -10_000_000, -1_800_000_000]
+    assert _us(1.2345678) == 1_234_568
+
+
+def test_the_temperature_that_a_flight_has_logged(of: Streamed) -> None:
+    """Kelvin that rise by one a second, at the end of the sample with a new reading of the barometer."""
+    common = pytest.importorskip("pymavlink.dialects.v20.common")
+    time = of.imu.time
+    baro = {"arrival_s": time[[50, 100]], "height_m": np.array([100.0, 200.0])}
+    tables = {"flight": {"time_s": time, "static_temperature_k": 300.0 + time}}
+    run = SimpleNamespace(streams=lambda name: [""], table=tables.__getitem__)
+    flown: Any = SimpleNamespace(imu=of.imu, sensors=["baro"], readings=lambda name: baro, run=run)
+    link = SimpleNamespace(hil_sensor_encode=lambda *fields: fields)
+    sent = [fields for _, fields in _hil_sensors(link, common, flown)]
+    updated = [(fields[0], fields[13]) for fields in sent if fields[14] != 0x3F]
+    assert updated == [(1_000_000, pytest.approx(301.0 - 273.15)), (2_000_000, pytest.approx(302.0 - 273.15))]
+
+
+def test_the_numbers_of_a_tally() -> None:
+    tally = paced_stream.Tally(
+        2.0, Counter(a=3, b=1), 640, 2, array("d", [0.0005, 0.002]), 1, until=12.5, interrupted=True
+    )
+    assert tally.numbers == {
+        "packets": 4, "by_kind": {"a": 3, "b": 1}, "bytes": 640, "refused": 2, "until_s": 12.5, "pace": 2.0,
+        "lost_deadlines": 1, "within_1_ms": 0.5, "lateness_99_percent_ms": pytest.approx(1.985), "lateness_max_ms": 2.0,
+        "interrupted": True,
+    }  # fmt: skip
+    assert str(tally) == (
+        "4 packets (3 a, 1 b) up to 12.5 s were sent. 2 of them were not taken, because nobody had read those before. "
+        "99 % were at most 2 ms late, the latest 2 ms. Deadlines lost, by more than 1 ms or the time until the next "
+        "packet: 1."
+    )
+    nothing = paced_stream.Tally(math.inf)
+    assert str(nothing) == "Nothing was sent."
+    assert (nothing.numbers["pace"], nothing.numbers["until_s"], nothing.numbers["within_1_ms"]) == ("max", None, None)

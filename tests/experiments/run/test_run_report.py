@@ -6,6 +6,7 @@ import json
 import re
 import xml.etree.ElementTree as ET
 from html.parser import HTMLParser
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,8 @@ import pytest
 from sinssim.data import NavState
 from sinssim.earth import WGS84
 from sinssim.errors import RunError
+from sinssim.exhibits import Sentence
+from sinssim.experiments.run import run_report
 from sinssim.experiments.run.error_exhibits import schuler_period
 from sinssim.experiments.run.execute import run
 from sinssim.experiments.run.motion_exhibits import _source
@@ -26,6 +29,7 @@ from sinssim.scenario import Scenario
 from sinssim.sensors.imu.imu import draw
 from sinssim.sensors.sets.gimballed_sensors import draw_attitude_sensor
 from sinssim.sensors.sets.single_sensors import draw_accelerometers
+from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.units import DEG_H, UG
 from tests.recording import fake_run
 from tests.recording.shown import still
@@ -438,3 +442,19 @@ def test_the_schuler_period_of_published_constants(latitude, radius_1, radius_2,
     expected = 2.0 * np.pi * np.sqrt(np.sqrt(radius_1 * radius_2) / gravity)
     assert schuler_period(truth, WGS84) == pytest.approx(expected, rel=1e-9)
     assert expected / 60.0 == pytest.approx(84.4, abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("tables", "title"), [({"track": 1}, "Track"), ({"flight": 1}, "Flight"), ({"drive": 1}, "Motion")]
+)
+def test_the_heading_of_the_motion(tables: dict[str, int], title: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run_report, "places_of", lambda *given: SimpleNamespace(named=()))
+    monkeypatch.setattr(run_report, "moments", lambda *given: [])
+    monkeypatch.setattr(run_report, "motion_map", lambda *given: Sentence("map"))
+    truth = object.__new__(Truth)
+    vars(truth).update(trajectory=SimpleNamespace(start=0.0, end=1.0, ellipsoid=WGS84), block=None)
+    scenario = SimpleNamespace(**{"track": None, "flight": None, **tables})
+    run: Any = SimpleNamespace(scenario=scenario, truth=truth, aided=None)
+    first: Any = SimpleNamespace(track=1, facts=Sentence("facts"), tracks=(), motion=())
+    section: Any = next(iter(run_report._simulated(run, {}, first)))  # type: ignore[arg-type]
+    assert section.title == title

@@ -7,6 +7,7 @@ import shutil
 from datetime import UTC, datetime
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -429,3 +430,14 @@ def test_fixes_of_outages_are_withheld(run: RecordedRun, to: str, tmp_path: Path
 def test_outages_that_cannot_be_are_refused(run: RecordedRun, to: str, outage: str, said: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=said):
         made(run, to, tmp_path / "out", outages=[outage])
+
+
+@pytest.mark.parametrize(("ns", "decimals"), [(20_000_000, ".020"), (20_000_500, ".020000500")])
+def test_a_pos_file_has_all_decimals_of_the_time(ns: int, decimals: str, tmp_path: Path) -> None:
+    solution = SolutionStream(np.zeros(1), np.array([0.8]), np.array([0.2]), np.array([100.0]))
+    content: Any = SimpleNamespace(
+        solution=solution, solution_name="truth", run=SimpleNamespace(fixes=(), name="run"),
+        stamps=lambda time: (np.array([86_400 + 3]), np.array([ns])),
+    )  # fmt: skip
+    rtklib_pos.write(content, tmp_path / "run.pos")
+    assert (tmp_path / "run.pos").read_text().splitlines()[-1].startswith(f"1980/01/07 00:00:03{decimals} ")

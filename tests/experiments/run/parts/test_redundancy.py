@@ -74,6 +74,7 @@ def test_statistics_thresholds_and_sensors_in_use() -> None:
     ranges = found.drawn.ranges
     assert (ranges["redundancy/gyro/statistic"], ranges["redundancy/accel/statistic"]) == ((0.0, 40.0), (0.0, 24.0))
     used = [[1.0, 2.0, 3.0, 4.0]] * 3 + [[1.0, 2.0, np.nan, 4.0]]
+    assert ranges["redundancy/gyro/used"] == (0.0, 5.0)
     found.drawn.shows("redundancy/gyro/used", ["1", "2", "3", "4"], at, used)
     found.drawn.shows("redundancy/accel/used", ["1", "2", "3", "4"], at, [[1.0, 2.0, 3.0, 4.0]] * 4)
     assert "Values above 2 thresholds are clipped." in found.html
