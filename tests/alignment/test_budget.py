@@ -373,7 +373,7 @@ def test_a_session_has_a_length(duration):
 
 
 def test_the_cone_does_not_tell_the_latitude_on_the_equator():
-    with pytest.raises(InputError, match="equator"):
+    with pytest.raises(InputError, match="the latitude is within 5 deg of the equator, where"):
         error_budget(LEVEL, 0.01, expected_errors(Imu()).sigma, 300.0, method="disturbed")
 
 

@@ -51,6 +51,11 @@ def test_the_table_in_a_notebook() -> None:
     budget = {"gyro bias": angles(3.0, 5.0, 7.0, 2.0, size=ARCMIN),
               "accelerometer bias": angles(4.0, 12.0, 24.0, 0.0, size=ARCMIN)}  # fmt: skip
     rows = re.findall(r"<tr>(.*?)</tr>", result(budget=budget)._repr_html_(), re.DOTALL)
+    heads = [re.findall(r"<th[^>]*>([^<]*)", row) for row in rows]
+    assert heads[0] == ["", "determined, deg", "expected error (1σ), arcmin"]
+    assert "Alignment of session, 300 s" in result()._repr_html_()
+    page = result().exhibits
+    assert page.title == page.plain == "session: 300 s, 2 samples, gravity's cone in inertial space"
     cells = [re.findall(r"<td[^>]*>([^<]*)", row) for row in rows]
     assert [row for row in cells if row] == [
         ["heading", "50.05000", "5"], ["roll", "1.90000", "13"], ["pitch", "-3.00000", "25"],

@@ -81,7 +81,7 @@ class Navigators(Part[dict[str, Stated]]):
         """Yield a table of what they state."""
         kinds = ("position", "velocity", "attitude")
         columns = (
-            Column("navigator", words=True), Column("solutions", digits=7), Column("every", fixed("s"), digits=4),
+            Column("navigator", words=True), Column("solutions"), Column("every", fixed("s"), digits=4),
             *(Column(kind, digits=3, group="errors within its 1σ") for kind in kinds), Column("status", words=True),
             Column("started", words=True),
         )  # fmt: skip
@@ -90,7 +90,7 @@ class Navigators(Part[dict[str, Stated]]):
             shares, status = stated["within_sigma"] or {}, stated["status"] or {}
             words = ", ".join(f"{value} × {count}" for value, count in status.items())
             within = (shares.get(kind, float("nan")) for kind in kinds)
-            rows.append([name, stated["solutions"], stated["interval_s"], *within, words, stated["started"]])
+            rows.append([name, str(stated["solutions"]), stated["interval_s"], *within, words, stated["started"]])
         if rows:
             yield Table(columns, rows)
         if any(stated["within_sigma"] for stated in self.entry.values()):

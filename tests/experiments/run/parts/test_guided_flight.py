@@ -9,7 +9,15 @@ import numpy as np
 
 from sinssim.data import NavState
 from sinssim.earth.ellipsoids import WGS84
-from sinssim.experiments.run.parts.guided_flight import Guidance, OffPath, _between, _horizontal, _missed_words
+from sinssim.experiments.run.parts.guided_flight import (
+    Guidance,
+    OffPath,
+    _air_words,
+    _between,
+    _closing,
+    _horizontal,
+    _missed_words,
+)
 from sinssim.simulation.path_errors import Miss
 
 SHOWN = ("tse_across_95", "tse_across_max", "tse_vertical_max", "nse_across_95", "nse_along_95", "nse_vertical_95",
@@ -90,3 +98,46 @@ def test_without_a_solution_its_error_is_unknown() -> None:
     begun: Any = SimpleNamespace(time=np.array([5.0, 6.0]))
     assert np.isnan(_horizontal(None, None, 1.0))  # type: ignore[arg-type]
     assert np.isnan(_horizontal(None, begun, 4.9))  # type: ignore[arg-type]
+
+
+def test_the_displacement_by_leg() -> None:
+    part = Guidance(SimpleNamespace())  # type: ignore[arg-type]
+    leg = {"leg": "2 hold", "end_s": 61.5, "navigation_error_m": 1.5, "along_m": 2.5, "right_m": -3.5, "up_m": 4.5,
+           "horizontal_max_m": 5.5}  # fmt: skip
+    waypoint = {"waypoint": "N", "time_s": 60.5, "right_m": 6.5, "left_to_go_m": 7.5, "navigation_error_m": 8.5}
+    part.enter({"legs": [leg], "waypoints": [waypoint]})
+    pages = [table.shown("page")[1:] for table in part._tables(("page",))]  # type: ignore[union-attr]
+    assert [([", ".join(filter(None, head)) for head in heads], rows) for heads, rows in pages] == [
+        (["leg", "end, s", "navigation error, m", "along, m", "right, m", "up, m", "largest, m"],
+         [["2 hold", "61.50", "1.50", "2.50", "−3.50", "4.50", "5.50"]]),
+        (["waypoint", "at, s", "passed to the right by, m", "left to go, m", "navigation error, m"],
+         [["N", "60.50", "6.50", "7.50", "8.50"]]),
+    ]  # fmt: skip
+
+
+def test_how_the_loop_was_closed() -> None:
+    passes: Any = {"in_sections": False, "moved_m": [120.0, 6.0, 0.6]}
+    assert _closing(passes) == (
+        "The plan was flown 4 times, first by the true motion, then with the errors of the navigator on the flight "
+        "before, which moved the path by 120 m, 6.00 m, 0.600 m. "
+        "It is 0.0600 m from that of the closed loop, or nearer."
+    )
+    sections: Any = {"in_sections": True, "moved_m": [0.0004, 0.0009]}
+    assert _closing(sections) == (
+        "The plan was flown in 2 sections, because a decision of the navigator turns with the path: each again with "
+        "the errors of the navigator on the trial before, until that moved its path by at most 0.000900 m."
+    )
+    seen: Any = {"seen": {"airspeed": "sensor", "height": "solution"}}
+    assert _air_words(seen) == "Its airspeed is that of [aiding.airspeed], its height that of the solution."
+
+
+def test_where_it_went_on_the_console() -> None:
+    part = Guidance(SimpleNamespace())  # type: ignore[arg-type]
+    entry = {"source": "euler", "displacement_end_m": 12.5, "displacement_max_m": 31.25, "ended_early": "", "legs": [],
+             "waypoints": [], "seen": {"airspeed": "true", "height": "sensor"}}  # fmt: skip
+    part.enter(entry)
+    (said,) = part.brief({})
+    assert said.text == (  # type: ignore[union-attr]
+        "The flight follows euler: at its end it is 12.5 m from where a perfect navigator with perfect air data would "
+        "have taken it, at most 31.2 m. Its airspeed is true, its height that of [aiding.baro]."
+    )
