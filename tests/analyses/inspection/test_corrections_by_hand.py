@@ -21,6 +21,8 @@ from sinssim.analyses.inspection.log_corrections import (
     starts,
 )
 from sinssim.analyses.inspection.stream_findings import doubt
+from sinssim.analyses.inspection.stream_inspection import Inspection, _axes_and_gravity
+from sinssim.analyses.inspection.suggested_scenario import _sigmas
 from sinssim.data import Array
 from sinssim.logs.recorded_streams import Clock
 
@@ -216,3 +218,61 @@ def test_the_text_of_a_corrected_scenario(tmp_path: Path) -> None:
         assert f'[log.imu.barometer]\nfile = "{other}"\n' in text
         assert f'[log.gnss]\nfile = "{gnss}"\n' in text
         assert "[log.outages]\nat_s = [[3.0, 4.0]]\n" in text
+
+
+def test_a_horizontal_axis_that_is_vertical() -> None:
+    axes = ("forward", "right", "down")
+    (finding,) = _axes_and_gravity(np.array([[0.2, -9.7, 0.1], [0.0, -9.9, -0.1]]), axes)
+    assert (finding.subject, finding.grade, finding.numbers) == ("mounting", "doubt", {"gravity_along": "right"})
+    assert finding.text == (
+        "The y axis, which the format says points right, points down: the mean specific force along it is -9.8 m/s². "
+        "The unit is mounted otherwise, and the course is not its heading."
+    )
+    assert list(_axes_and_gravity(np.array([[0.0, 0.0, -9.8]]), axes)) == []
+    assert list(_axes_and_gravity(np.array([[6.9, 0.0, -6.9]]), axes)) == []
+
+
+def test_an_inspection_as_plain_data() -> None:
+    mounting = SimpleNamespace(axes=("forward", "right", "down"), angles=np.radians([1.0, -2.0, 3.0]))
+    found = Inspection([doubt("clock", "Late.", "Wait.", s=3.0)], offset=0.25, drift=2e-6, velocity_delay=0.1,
+                       mounting=mounting)  # type: ignore[arg-type]  # fmt: skip
+    assert found.as_dict() == {
+        "usable": True,
+        "findings": [{"subject": "clock", "grade": "doubt", "text": "Late.", "fix": "Wait.", "numbers": {"s": 3.0}}],
+        "imu_clock_minus_gnss_clock_s": 0.25, "imu_clock_drift_ppm": 2.0, "velocity_delay_s": 0.1,
+        "axes": ["forward", "right", "down"], "mounting_deg": pytest.approx([1.0, -2.0, 3.0]),
+    }  # fmt: skip
+
+
+def of_receiver(**more: Any) -> Any:
+    usual = {"time": np.arange(5.0) / 4.0, "position_sigma": None, "covariance": None, "quality": None,
+             "quality_words": {}, "velocity_ned": None, "velocity_sigma": None}  # fmt: skip
+    return SimpleNamespace(**usual | more)
+
+
+@pytest.mark.parametrize(
+    ("fixes", "found", "lines"),
+    [
+        ({}, {}, ["position_sigma_m = [2.0, 2.0, 4.0]  # assumed for code positions: the file has no σ, see the data "
+                  "sheet"]),
+        ({"quality": np.array([4.0]), "quality_words": {4: "fixed"}}, {},
+         ["position_sigma_m = [0.02, 0.02, 0.04]  # assumed for fixed ambiguities: the file has no σ, see the data "
+          "sheet"]),
+        # four fixes a second, of which only one says something new
+        ({}, {"lasting": True},
+         ["position_sigma_m = [4.0, 4.0, 8.0]  # assumed for code positions: the file has no σ, see the data sheet; "
+          "errors last for a second"]),
+        # a step of 4.2426 m has the errors of two fixes of 3 m
+        ({}, {"findings": [doubt("steps", "", "", step_sigma_m=4.2426)]},
+         ["position_sigma_m = [3.0, 3.0, 6.0]  # from the steps"]),
+        ({"position_sigma": 1}, {"findings": [doubt("steps", "", "", sigma_factor=2.345)]},
+         ["sigma_factor = 2.35  # steps of the position scatter as much more than the stated 1σ"]),
+        ({"position_sigma": 1, "velocity_ned": 1}, {},
+         ["velocity_sigma_mps = [0.1, 0.1, 0.2]  # assumed: the file has no σ"]),
+        ({"position_sigma": 1, "velocity_ned": 1}, {"residual": 0.3},
+         ["velocity_sigma_mps = [0.3, 0.3, 0.6]  # from the match with the inertial data"]),
+    ],
+)  # fmt: skip
+def test_sigmas_that_a_file_has_not(fixes: dict[str, Any], found: dict[str, Any], lines: list[str]) -> None:
+    usual = {"findings": [], "lasting": False, "residual": None}
+    assert list(_sigmas(SimpleNamespace(**usual | found, fixes=of_receiver(**fixes)))) == lines

@@ -13,6 +13,7 @@ from sinssim.data import ImuData, NavSolution, NavState
 from sinssim.experiments.run import run_recording as view
 from sinssim.experiments.run.error_exhibits import error_charts
 from sinssim.experiments.run.motion_exhibits import motion_charts
+from sinssim.experiments.run.run_result import DrawnPath
 from sinssim.experiments.run.sensor_exhibits import recorded_readings
 from sinssim.recording.rerun.scene import Scene
 from sinssim.recording.style import COLORS
@@ -174,3 +175,25 @@ def test_paths_of_solutions() -> None:
         points = scene.points(one.latitude, one.longitude, one.height)
         np.testing.assert_allclose(values_of(drawn.fixed[f"world/nav/{name}"].strips), [points], rtol=1e-5, atol=1e-3)
     assert values_of(drawn.fixed["map/euler"].colors) == [0xCC79A7FF]
+
+
+def test_a_planned_path_with_a_gap_and_its_waypoints() -> None:
+    """Two lines, because the place between them is not known; points have words in the scene."""
+    scene, state = Scene.around(TRUTH_STATE), TRUTH_STATE
+    latitude = np.where(np.arange(len(state.latitude)) == 2, np.nan, state.latitude)
+    path = DrawnPath("planned", latitude, state.longitude, state.height, "planned")
+    drawn: Any = Drawn()
+    view.draw_line(drawn, scene, path)
+    parts = [slice(0, 2), slice(3, None)]
+    lines = values_of(drawn.fixed["map/planned"].line_strings)
+    strips = values_of(drawn.fixed["world/planned"].strips)
+    for part, line, strip in zip(parts, lines, strips, strict=True):
+        np.testing.assert_allclose(line, np.degrees(np.column_stack((latitude[part], state.longitude[part]))))
+        points = scene.points(latitude[part], state.longitude[part], state.height[part])
+        np.testing.assert_allclose(strip, points, rtol=1e-5, atol=1e-3)
+    two = (state.latitude[:2], state.longitude[:2], state.height[:2])
+    view.draw_line(drawn, scene, DrawnPath("waypoints", *two, "planned", ("A (3 m left)", "B (4 m right)")))
+    np.testing.assert_allclose(
+        values_of(drawn.fixed["map/waypoints"].positions), np.degrees(np.column_stack(two[:2])), rtol=1e-12
+    )
+    assert values_of(drawn.fixed["world/waypoints"].labels) == ["A (3 m left)", "B (4 m right)"]
