@@ -20,7 +20,7 @@ PYINS   := .venv-pyins
 CODE    := $(shell find sinssim -name '*.py')
 
 # The first Python that is new enough.
-PYTHON  ?= $(shell for python in python3 python3.13 python3.12 python3.11; do \
+PYTHON  ?= $(shell for python in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$python && break; done)
 
 .PHONY: demo test test-slow test-pyins lint format bench docs site third-party setup clean
@@ -91,7 +91,7 @@ clean:
 
 define PYTHON_FOUND
 	@test -n "$(PYTHON)" || { echo "sinssim needs Python 3.11 or newer, and none was found as python3," \
-	  "python3.13, python3.12 or python3.11. Install one, or name it: make demo PYTHON=/path/to/python3.12" >&2; exit 1; }
+	  "python3.14, python3.13, python3.12 or python3.11. Install one, or name it: make demo PYTHON=/path/to/python3.12" >&2; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "sinssim needs Python 3.11 or" \
 	  "newer; $(PYTHON) is not. Name another: make demo PYTHON=/path/to/python3.12" >&2; exit 1; }
 endef
