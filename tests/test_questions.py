@@ -40,7 +40,7 @@ def diagrams() -> ModuleType:
     return _load("diagrams")
 
 
-@pytest.mark.usefixtures("hardly_counted")
+@pytest.mark.slow
 def test_answers_are_complete_and_their_links_lead_somewhere(numbers):
     answers = _load("questions").answers()
     assert re.findall(r"^## (\d+)\.", answers, re.MULTILINE) == [str(n) for n in range(1, 15)]

@@ -247,6 +247,7 @@ def test_a_log_is_loaded_by_its_scenario_or_its_file(tmp_path: Path) -> None:
         sinssim.load_log(tmp_path / file, "seed=1")
 
 
+@pytest.mark.slow
 def test_a_pickled_result_is_drawn_by_another_program(tmp_path: Path) -> None:
     result = sinssim.budget("parked", overrides=SHORT)
     (tmp_path / "result").write_bytes(pickle.dumps(result))

@@ -119,7 +119,7 @@ SHORTER = {
 LONG = (
     *("compare coning", "compare gyro_trade", "--vary", "--runs 1000", "--sheet", "--until-decided"),
     *("run imu.csv gnss.pos", "run my_drive.toml", "inspect imu.csv gnss.pos", "allan drive.toml", "allan log.npz"),
-    *("calibration_systematic", "align parked", "--require"),
+    *("calibration_systematic", "align parked", "--require", "--to pty:", "--as mavlink"),
 )
 """Parts of the examples that take one to twenty seconds of processor time: they run with -m slow."""
 

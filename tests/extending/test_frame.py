@@ -26,6 +26,7 @@ print(6.4e6 * abs(state.latitude - whole.latitude[-1]) + abs(state.velocity_ned 
 """
 
 
+@pytest.mark.slow
 def test_page(tmp_path: Path) -> None:
     page = read_page("frame")
     copy = Copy(tmp_path)

@@ -93,6 +93,7 @@ def test_a_new_term_touches_few_files(copy):
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_everything_follows_from_the_row(copy):
     (snippet,) = read_page("gyro-error-term").snippets
     drawn, answer = copy.run(f"{snippet}\n{CHECKS}").strip().rsplit("\n", 1)

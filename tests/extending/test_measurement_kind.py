@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from tests.extending.pages import Copy, read_page
 
 DIFFERENCES = """
@@ -44,6 +46,7 @@ print(a.min(), b.min(), b.max())
 """
 
 
+@pytest.mark.slow
 def test_page(tmp_path: Path) -> None:
     page = read_page("measurement-kind")
     copy = Copy(tmp_path)

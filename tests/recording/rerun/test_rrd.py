@@ -16,6 +16,7 @@ from sinssim.recording.rerun import rrd
 from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.streams import Stream, Vector
 
+TASKS = Path("/proc/self/task")
 FULL = Path("/dev/full")  # every write to it fails as on a full disk
 
 
@@ -36,6 +37,15 @@ def test_the_file_is_whole_however_it_is_written(tmp_path: Path, monkeypatch: py
         chunk.num_rows for chunk in RrdReader(tmp_path / "run.rrd").stream().filter(content="/streams/noise/xyz")
     )
     assert rows == 20 * 65536 + 20
+
+
+@pytest.mark.skipif(not TASKS.exists(), reason="needs /proc")
+def test_threads_of_a_recording_end_with_the_next(tmp_path: Path) -> None:
+    before = len(list(TASKS.iterdir()))
+    for number in range(8):
+        with Recording(tmp_path / f"{number}.rrd", "short") as recording:
+            recording.stream(Stream("noise", np.arange(3.0), (Vector("xyz", ("x", "y", "z"), np.eye(3)),)))
+    assert len(list(TASKS.iterdir())) < before + 8  # those of the last and Rerun's own few, not two for each
 
 
 def record_much(recording: Recording) -> None:
