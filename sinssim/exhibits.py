@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -130,6 +130,15 @@ class Picture:
 
 
 @dataclass(frozen=True)
+class Interactive:
+    """Numbers from which a page answers the reader's questions, by a script of `recording.interactive`."""
+
+    key: str  # name of the script
+    data: Callable[[], tuple[Mapping[str, Any], Sequence[Array]]]  # called by the media that show it
+    on: tuple[Medium, ...] = ("page",)  # the media that show it
+
+
+@dataclass(frozen=True)
 class Beside:
     """Exhibits side by side where there is room."""
 
@@ -155,7 +164,7 @@ def definitions(texts: Mapping[str, str], on: tuple[Medium, ...]) -> Section:
                                          list(texts.items()))], on=on)  # fmt: skip
 
 
-Item = Sentence | Table | Verbatim | Points | Picture | Charts | Cloud | Beside | Section
+Item = Sentence | Table | Verbatim | Points | Picture | Interactive | Charts | Cloud | Beside | Section
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 
 from sinssim.charts import Charts
-from sinssim.exhibits import Beside, Exhibits, Item, Picture, Points, Section, Sentence, Table, Verbatim
-from sinssim.recording.interactive.live_chart import policy, with_scripts
+from sinssim.exhibits import Beside, Exhibits, Interactive, Item, Picture, Points, Section, Sentence, Table, Verbatim
+from sinssim.recording.interactive.live_chart import interactive, policy, with_scripts
 from sinssim.recording.style import GRID, INK, SOFT, css_of
 from sinssim.recording.svg import words
 from sinssim.recording.svg_chart import STYLE, html_of
@@ -150,6 +150,8 @@ def parts_of(items: Iterable[Item], level: int) -> Iterator[str]:
                 yield f"<details><summary>{words(item.title)}</summary>{text}</details>" if item.title else text
             case Picture():
                 yield item.draw()
+            case Interactive():
+                yield interactive(item)
             case Points():
                 yield f"<ul>{''.join(f'<li>{_marked(text)}</li>' for text in item.texts)}</ul>"
             case Beside():

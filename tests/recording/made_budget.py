@@ -36,7 +36,7 @@ def covariance(horizontal: np.ndarray, others: np.ndarray) -> np.ndarray:
 
 
 def budget(solution: str = "inertial") -> BudgetResult:
-    scenario: Any = SimpleNamespace(name="sea & air", description="a trial")
+    scenario: Any = SimpleNamespace(name="sea & air", description="a trial", filter=None)
     own = {
         "gyro_bias": covariance(GYRO, np.zeros(7)),
         "accel_bias": covariance(ACCEL, OTHERS),

@@ -23,9 +23,10 @@ from sinssim.analyses.error_budget.budget_result import (
     PredictedMiss,
 )
 from sinssim.analyses.error_budget.error_sources import Source
+from sinssim.analyses.error_budget.what_if import what_if
 from sinssim.charts import TIME, Axis, Bars, Chart, Charts, Line, Mark, Shares
 from sinssim.data import Array
-from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verdict, four_digits
+from sinssim.exhibits import Column, Exhibits, Interactive, Item, Section, Sentence, Table, Verdict, four_digits
 from sinssim.formatting import capital, number_text
 from sinssim.recording.result import Json, Media, versions, write_shown
 from sinssim.recording.streams import Stream, Vector, write_table
@@ -81,6 +82,7 @@ def exhibits_of(result: BudgetResult, answers: Sequence[Answer] = (), times: Seq
         Section("Growth of the error", [_growth(result, answers), _alone(result), _over_time(result, times)]),
         *_waypoints(result),
         *_rankings(result),
+        Section("What if", [Interactive("what_if", lambda: what_if(result, answers, times))], on=("page",)),
         Sentence(f"Rate at the end: {rate} ({_RATE}).", on=("console",)),
         *([Sentence(_FIXED_GAINS, on=("console",))] if result.solution == "filter" else []),
         *(replace(_requirement(answer), on=("console",)) for answer in answers),

@@ -24,6 +24,7 @@ from sinssim.sensors.aiding_sensor import AidingSensor, Vehicle
 from sinssim.sensors.imu.encoder import EncoderErrors, draw_encoders, encoders_of
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS
+from sinssim.sensors.imu.imu import OF_THE_RING
 from sinssim.sensors.sets.redundant_errors import axes_of_values, spread
 from sinssim.sensors.sets.redundant_geometry import estimator
 from sinssim.sensors.sets.sensor_set import Redundant
@@ -55,6 +56,8 @@ class Source:
     number describes it.
     """
     unit: str  # unit as people write it
+    key: str = ""  # key of the scenario that gives it; "" if no single key does
+    values: tuple[float, ...] = ()  # of the key, in `unit`; one for all that are equal
 
 
 class Column(NamedTuple):
@@ -97,6 +100,14 @@ def _in_unit(term: ErrorTerm, values: Array) -> float:
     return float(f"{largest / term.unit:.12g}")
 
 
+def _listed(term: ErrorTerm, values: Array) -> tuple[float, ...]:
+    """Return values as the keys of a term list them, in its unit; one number for all that are equal."""
+    whole = np.broadcast_to(values, term.shape)
+    listed = [_in_unit(term, value) * float(np.sign(value)) for value in
+              (whole[~np.eye(3, dtype=bool)] if term.size == 6 else whole.ravel())]  # fmt: skip
+    return tuple(listed[:1] if len(set(listed)) == 1 else listed)
+
+
 def remaining(scenario: Scenario, term: ErrorTerm) -> tuple[Array, Array]:
     """Return mean and 1σ, SI, of one error of the increments that navigation receives, after [compensation]."""
     mean, sigma = scenario.imu.stated(term)
@@ -128,12 +139,13 @@ def constants(scenario: Scenario) -> Constants:
             mean, sigma = (np.broadcast_to(a, term.shape) for a in mean_and_sigma)
             for at in np.ndindex(term.shape):
                 columns[at] = Column(triad, axes[at[0]], axes[at[0]], axes[at[-1]], term)
-        kinds: Iterable[tuple[Kind, str, str, Array]] = (
-            ("random", term.name, "", sigma),
-            ("given", f"{term.name}_given", ", given", mean),
+        known = scenario.compensation is not None and term.calibrated
+        kinds: Iterable[tuple[Kind, str, str, Array, str]] = (
+            ("random", term.name, "", sigma, f"{'compensation' if known else 'imu'}.{term.sigma_key}"),
+            ("given", f"{term.name}_given", ", given", mean, "" if known else f"imu.{term.key}"),
         )
         places: dict[tuple[int, ...], int] = {}
-        for kind, name, also, values in kinds:
+        for (kind, name, also, values, key), stated in zip(kinds, reversed(mean_and_sigma), strict=True):
             where = [tuple(map(int, index)) for index in np.argwhere(values)]
             if not where:
                 continue
@@ -143,7 +155,7 @@ def constants(scenario: Scenario) -> Constants:
                     result.columns.append(columns[index])
             result.sources.append(
                 Source(name, f"{_label(term)}{also}", _GROUPS[term.triad], kind, _in_unit(term, values),
-                       term.written_unit)
+                       term.written_unit, key, _listed(term, stated))
             )  # fmt: skip
             result.parts[name] = ([places[index] for index in where], np.array([values[index] for index in where]))
     return result
@@ -181,9 +193,9 @@ def inertial_noises(scenario: Scenario, *, summed: bool = False) -> list[Inertia
         what: Literal["white", "quantum", "process"] = (
             "white" if term.field == "random_walk" or rounded else "quantum" if term.field == "quantum" else "process"
         )
-        source = Source(
-            term.name, _label(term), _GROUPS[term.triad], "random", _in_unit(term, np.array(size)), term.written_unit
-        )
+        value = _in_unit(term, np.array(size))
+        key = "" if section.laser_gyro is not None and term.name in OF_THE_RING else f"imu.{term.key}"
+        source = Source(term.name, _label(term), _GROUPS[term.triad], "random", value, term.written_unit, key, (value,))
         triad = ("gyro", "accel").index(term.triad)
         size = size * math.sqrt(section.rate_hz / 12.0) if rounded else size
         density = size if what == "white" else size / math.sqrt(12.0 * section.rate_hz) if what == "quantum" else 0.0
@@ -203,16 +215,17 @@ class InitialErrors:
 def initial_errors(scenario: Scenario, given: Array) -> InitialErrors:
     """Return the errors of a scenario's initial state; `given` are those by the given initial errors alone, (9,) SI."""
     e, errors = scenario.navigation.initial_error, InitialErrors()
-    rows: tuple[tuple[str, str, tuple[int, ...], float, float, str], ...] = (
-        ("initial_position", "position, north and east", (0, 1), e.position_sigma_m, 1.0, "m"),
-        ("initial_height", "height", (2,), e.height_sigma_m, 1.0, "m"),
-        ("initial_velocity", "velocity", (3, 4, 5), e.velocity_sigma_mps, 1.0, "m/s"),
-        ("initial_tilt", "tilts", (6, 7), e.tilt_sigma_arcmin, ARCMIN, "arcmin"),
-        ("initial_heading", "heading", (8,), e.heading_sigma_arcmin, ARCMIN, "arcmin"),
+    rows: tuple[tuple[str, str, tuple[int, ...], str, float, str], ...] = (
+        ("initial_position", "position, north and east", (0, 1), "position_sigma_m", 1.0, "m"),
+        ("initial_height", "height", (2,), "height_sigma_m", 1.0, "m"),
+        ("initial_velocity", "velocity", (3, 4, 5), "velocity_sigma_mps", 1.0, "m/s"),
+        ("initial_tilt", "tilts", (6, 7), "tilt_sigma_arcmin", ARCMIN, "arcmin"),
+        ("initial_heading", "heading", (8,), "heading_sigma_arcmin", ARCMIN, "arcmin"),
     )
-    for name, label, where, size, unit, written in rows:
-        if size:
-            errors.sources.append(Source(name, label, "initial state", "random", size, written))
+    for name, label, where, key, unit, written in rows:
+        if size := float(getattr(e, key)):
+            key = f"navigation.initial_error.{key}"
+            errors.sources.append(Source(name, label, "initial state", "random", size, written, key, (size,)))
             errors.parts[name] = size * unit * np.eye(9)[:, list(where)]
     if given.any():
         errors.sources.append(Source("initial_given", "given errors", "initial state", "given", float("nan"), ""))
@@ -252,7 +265,8 @@ def angle_errors(scenario: Scenario, block: Trajectory) -> list[AngleError]:
 
     def add_random(name: str, label: str, what: Literal["constant", "noise"], value: float, size: float) -> None:
         if value:
-            source = Source(name, label, _GROUP, "random", value, "arcsec")
+            key = f"imu.rotation.{name}{'_sigma' if what == 'constant' else ''}_arcsec"
+            source = Source(name, label, _GROUP, "random", value, "arcsec", key, (value,))
             results.append(AngleError(source, what, np.full(2 if turns.two_axes else 1, size * ARCSEC), axes))
 
     bias, noise, step = section.encoder_bias_sigma_arcsec, section.encoder_noise_arcsec, section.encoder_quantum_arcsec

@@ -253,18 +253,20 @@
     return new Promise(done => canvas.toBlob(done, "image/png"));
   }
 
-  function save(chart, blob, ending) {
+  const fileName = chart => (chart.title || chart.y.label || "chart").replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-|-$/g, "");
+
+  function save(blob, name) {
     const link = document.createElement("a");
     link.href = URL.createObjectURL(blob);
-    link.download = `${(chart.title || chart.y.label || "chart").replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-|-$/g, "")}.${ending}`;
+    link.download = name;
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 60000);
   }
 
   const TOOLS = [
     ["CSV", "Copy the shown part as CSV", async chart => { await copy(csv(chart)); return "copied"; }],
-    ["PNG", "Save what is shown as PNG", async chart => save(chart, await png(chart), "png")],
-    ["SVG", "Save what is shown as SVG", async chart => save(chart, new Blob([picture(chart)], {type: "image/svg+xml"}), "svg")],
+    ["PNG", "Save what is shown as PNG", async chart => save(await png(chart), `${fileName(chart)}.png`)],
+    ["SVG", "Save what is shown as SVG", async chart => save(new Blob([picture(chart)], {type: "image/svg+xml"}), `${fileName(chart)}.svg`)],
   ];
 
   function tools(chart) {
@@ -286,5 +288,5 @@
   }
 
   live.draws.push(tools, keys, wheel, fingers);
-  Object.assign(live, {zoom, pan, csv, picture, png});
+  Object.assign(live, {zoom, pan, csv, picture, png, save});
 })();

@@ -11,7 +11,8 @@ const live = (() => {
   const drawn = []; // the charts of the page that were in sight
   let part = null; // the time that all charts over time show, s; null for all
   let due = false; // whether the page is about to draw another part
-  const shared = {drawn, draws: []}; // draws: called with each chart once it is drawn
+  // draws: called with each chart once it is drawn; parts: draw the other parts of a page that answer the reader
+  const shared = {drawn, draws: [], parts: {}};
 
   const css = name => name.startsWith("--")
     ? getComputedStyle(document.documentElement).getPropertyValue(name).trim() : name;
@@ -387,7 +388,6 @@ const live = (() => {
   }
 
   function begin() {
-    const figures = document.querySelectorAll("figure.live");
     const near = new IntersectionObserver(found => {
       for (const {target, isIntersecting} of found) {
         if (!isIntersecting) continue;
@@ -405,7 +405,11 @@ const live = (() => {
       }
       refresh();
     });
-    figures.forEach(figure => near.observe(figure));
+    shared.add = figure => near.observe(figure);
+    document.querySelectorAll("figure.live").forEach(shared.add);
+    for (const place of document.querySelectorAll("[data-live]")) {
+      shared.parts[place.className](place).catch(console.error); // the sentence in its place stays
+    }
     for (const hint of document.querySelectorAll(".hint")) hint.hidden = false;
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       for (const {plot} of drawn) plot.redraw(false);

@@ -10,6 +10,7 @@ import base64
 import hashlib
 import html
 import json
+import re
 import zlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -21,6 +22,7 @@ import numpy as np
 
 from sinssim.charts import Band, Chart, Dash, Dots, Limit, Line, Mark, Remark, Rule, Shares
 from sinssim.data import Array
+from sinssim.exhibits import Interactive
 from sinssim.recording import style
 from sinssim.recording.svg import DASHES, MOST_DOTS, WIDTHS, pieces
 from sinssim.units import TIME_SCALE
@@ -66,7 +68,7 @@ def live(still: str, chart: Chart, across: Ends, upright: Ends, left: float, *, 
          "ticks": [at / size for at in axis.ticks]}
         for axis, unit, size, ends in ((chart.x, x_unit, x_size, across), (chart.y, y_unit, y_size, upright))
     ]  # fmt: skip
-    whole = {"title": chart.title, "left": left, "timed": not chart.x.log, "x": axes[0], "y": axes[1],
+    whole = {"key": chart.key, "title": chart.title, "left": left, "timed": not chart.x.log, "x": axes[0], "y": axes[1],
              "curves": data.curves, "bands": data.bands, "rules": data.rules, "words": data.words,
              "kept": data.kept, "counts": [len(part) for part in data.numbers.values()],
              "numbers": _packed(list(data.numbers.values()))}  # fmt: skip
@@ -193,20 +195,32 @@ def _packed(arrays: Sequence[Array]) -> str:
     return base64.b64encode(packer.compress(planes.tobytes()) + packer.flush()).decode()
 
 
+def interactive(item: Interactive) -> str:
+    """Return numbers for a script of the page as HTML; without scripts, a sentence is seen."""
+    plain, arrays = item.data()
+    small = [array.astype("<f4") for array in arrays]
+    whole = {**plain, "counts": [len(array) for array in small], "numbers": _packed(small)}
+    text = html.escape(json.dumps(whole, ensure_ascii=False, allow_nan=False))
+    return (
+        f'<div class="{item.key}" data-live="{text}"><p class="note">This part needs the scripts of the page.</p></div>'
+    )
+
+
 def with_scripts(body: Sequence[str]) -> list[str]:
     """Return the parts of a page; if it has such charts, with a sentence above the first, and the scripts."""
     first = next((k for k, part in enumerate(body) if '<figure class="live' in part), None)
     if first is None:
         return list(body)
-    style_text, script = _scripts()
-    return [*body[:first], _HINT, *body[first:], f"<style>{style_text}</style><script>{script}</script>"]
+    more = tuple(sorted(set(re.findall(r'<div class="(\w+)" data-live', "".join(body)))))
+    return [*body[:first], _HINT, *body[first:], _scripts(more)]
 
 
 def policy(body: Iterable[str]) -> str:
     """Return what a page may load and run: nothing from elsewhere, and no script but ours."""
+    script = next((part.split("<script>")[1].split("</script>")[0] for part in body if "<script>" in part), None)
     allowed = ""
-    if any("<script>" in part for part in body):
-        digest = base64.b64encode(hashlib.sha256(_scripts()[1].encode()).digest()).decode()
+    if script is not None:
+        digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
         allowed = f" script-src 'sha256-{digest}';"
     return f"default-src 'none';{allowed} style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
 
@@ -221,13 +235,10 @@ _HINT = (
 
 
 @cache
-def _scripts() -> tuple[str, str]:
-    """Return the style and the script of such charts."""
-    texts = {name: files(__package__).joinpath(name).read_text(encoding="utf-8")
-             for name in ("uPlot.min.css", "live_chart.css", "uPlot.iife.min.js", *_SCRIPTS)}  # fmt: skip
-    style_text = f"{texts['uPlot.min.css']}\n{texts['live_chart.css']}"
-    return style_text, "\n".join(texts[name] for name in ("uPlot.iife.min.js", *_SCRIPTS))
-
-
-_SCRIPTS = ("live_chart.js", "chart_controls.js")
-"""In this order."""
+def _scripts(more: tuple[str, ...]) -> str:
+    """Return the style and the script of such charts and of the interactive parts of a page, HTML."""
+    parts = ("live_chart", "chart_controls", *more)
+    names = ("uPlot.min.css", "live_chart.css", "uPlot.iife.min.js", *(f"{part}.js" for part in parts))
+    text = {name: files(__package__).joinpath(name).read_text(encoding="utf-8") for name in names}
+    looks, scripts = (([text for name, text in text.items() if name.endswith(kind)]) for kind in (".css", ".js"))
+    return f"<style>{chr(10).join(looks)}</style><script>{chr(10).join(scripts)}</script>"

@@ -44,7 +44,7 @@ Places = tuple[Place, Place, Place]
 
 _OVER = "relative to the temperature of the calibration"
 _GIVEN_AND_SIGMA = tuple((term.key, term.sigma_key) for term in TERMS if term.drawn)
-_OF_THE_RING = {"gyro_arw": "random_walk", "gyro_quantum": "pulse_weight"}
+OF_THE_RING = {"gyro_arw": "random_walk", "gyro_quantum": "pulse_weight"}
 _NONE = np.zeros(())
 
 
@@ -246,8 +246,8 @@ class Imu(ImuKeys, _Block):
             about it, SI, in the shape of its field of `TriadErrors`. Beside a given error the 1σ is zero unless it is
             given, too.
         """
-        if self.laser_gyro is not None and term.name in _OF_THE_RING:
-            return np.asarray(getattr(self.laser_gyro.ring, _OF_THE_RING[term.name])), _NONE
+        if self.laser_gyro is not None and term.name in OF_THE_RING:
+            return np.asarray(getattr(self.laser_gyro.ring, OF_THE_RING[term.name])), _NONE
         of_grade = getattr(find_grade(self.grade), term.triad).of(term)
         given = getattr(self, term.key)
         if not term.drawn:
