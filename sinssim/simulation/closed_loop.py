@@ -27,7 +27,8 @@ from sinssim.scenario import filter_model
 from sinssim.scenario.true_motion import mounting, true_motion
 from sinssim.sensors.aiding.air_data import Airspeed, Barometer
 from sinssim.sensors.aiding_sensor import Vehicle
-from sinssim.simulation.navigation_stage import aid, by_one, navigate
+from sinssim.simulation.aided_run import aid_run
+from sinssim.simulation.navigation_stage import by_one, first_state, navigate
 from sinssim.simulation.truth_and_sensors import Sensed, sense, truth_along
 from sinssim.truth.flight.flight_process import SectionedFlight
 from sinssim.truth.flight.guidance import TRUTH, AirData, Guided, SolutionErrors, finite_rows
@@ -196,11 +197,15 @@ def solution_errors(scenario: Scenario, path: Trajectory) -> SolutionErrors:
     """Return the errors of the navigator along a path, as the autopilot sees them."""
     assert scenario.flight is not None
     guidance = scenario.flight.guidance
-    sensed = sense(scenario, truth_along(path, scenario))
+    truth = truth_along(path, scenario)
+    sensed = sense(scenario, truth)
     if guidance.source in scenario.solution_names:
         solution = navigate(by_one(scenario, guidance.source), sensed).solutions[guidance.source]
-    else:
-        solution = aid(scenario, sensed).estimate.solution
+    else:  # nothing is smoothed or diagnosed here
+        start, errors, monitored = first_state(scenario, truth), sensed.errors, sensed.readings.monitored
+        assert errors is not None  # those of simulated sensors are known
+        aided = aid_run(scenario, path, sensed.imu, start, errors, monitored=monitored, history=False)
+        solution = aided.estimate.solution
     time = np.arange(0.0, path.end - path.start, 1.0 / guidance.rate_hz)
     rows = np.searchsorted(solution.time, path.start + time + 1e-9, side="right") - 1  # the last row before
     begun = rows >= 0  # before it navigates, the true motion guides

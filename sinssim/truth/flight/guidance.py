@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 from math import atan2, cos, floor, hypot, remainder, sin, tau
+from operator import add
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import numpy as np
@@ -111,45 +112,56 @@ class Navigator:
         """Begin at the start of a flight that is steered once in an `interval`, s."""
         guidance = errors.guidance
         self._rate, self._latency, self._interval = guidance.rate_hz, guidance.latency_s, interval
-        self._seen = frozenset(column for name in guidance.quantities for column in _COLUMNS[name])
+        seen = {column for name in guidance.quantities for column in _COLUMNS[name]}
+        self._seen = tuple(column in seen for column in range(12))
+        self._sees_all = all(self._seen)
         self._airspeed, self._height = _LastReading(), _LastReading()
         self.believe(errors)
         self._past: deque[tuple[float, tuple[float, ...]]] = deque(
             maxlen=2 + floor((guidance.latency_s + 1.0 / guidance.rate_hz) / interval + 1e-6)
         )
+        self._then = self._row = (0.0,) * 12
         self._slow = (0.0, 0.0, 0.0, 0.0)
 
     def believe(self, errors: SolutionErrors) -> None:
         """Go on with the errors of another pass, of the same guidance."""
-        seen = np.isin(np.arange(errors.values.shape[1]), sorted(self._seen))
-        self._errors = np.where(seen, errors.values, 0.0).tolist()
+        self._errors, self._number = np.where(self._seen, errors.values, 0.0), -1
         self._airspeed.believe(errors.airspeed)
         self._height.believe(errors.height)
 
     def fast(self, m: AircraftState, latitude: float, longitude: float, track: float, speed: float) -> None:
         """Replace what is refreshed at every step of the true state in `m`, whose other values are given."""
-        m.height, airspeed = self._height.seen(m.time, m.height), self._airspeed.seen(m.time, m.tas)
-        if m.tas > 0.0:
-            m.cas, m.tas = m.cas * (airspeed / m.tas), airspeed
+        if self._height.there:
+            m.height = self._height.seen(m.time, m.height)
+        if self._airspeed.there:
+            airspeed = self._airspeed.seen(m.time, m.tas)
+            if m.tas > 0.0:
+                m.cas, m.tas = m.cas * (airspeed / m.tas), airspeed
         now = (latitude, longitude, m.height, speed * cos(track), speed * sin(track), -m.climb,
                m.phi, m.theta, m.psi, m.p, m.q, m.r)  # fmt: skip
         self._past.append((m.time, now))
         number = max(floor((m.time - self._latency) * self._rate + 1e-6), 0)
-        then = self._at(number / self._rate)
-        row = self._errors[min(number, len(self._errors) - 1)]
-        values = [(a if c in self._seen else b) + e for c, (a, b, e) in enumerate(zip(then, now, row, strict=True))]
-        m.height, m.climb = values[2], -values[5]
-        m.phi, m.theta, m.psi = remainder(values[6], tau), values[7], values[8] % tau
-        m.p, m.q, m.r = values[9:]
-        north, east = values[3], values[4]
-        self._slow = values[0], values[1], atan2(east, north) % tau, hypot(north, east)
+        if number != self._number:
+            self._number, self._then = number, self._at(number / self._rate)
+            self._row = tuple(self._errors[min(number, len(self._errors) - 1)].tolist())
+        then = self._then
+        if not self._sees_all:
+            then = tuple(a if is_seen else b for is_seen, a, b in zip(self._seen, then, now, strict=True))
+        (latitude, longitude, m.height, north, east, down,
+         phi, m.theta, psi, m.p, m.q, m.r) = map(add, then, self._row)  # fmt: skip
+        m.climb, m.phi, m.psi = -down, remainder(phi, tau), psi % tau
+        self._slow = latitude, longitude, north, east
 
     def slow(self, m: AircraftState) -> None:
         """Replace what is refreshed at every third step."""
-        m.latitude, m.longitude, m.track, m.ground_speed = self._slow
+        m.latitude, m.longitude, north, east = self._slow
+        m.track, m.ground_speed = atan2(east, north) % tau, hypot(north, east)
 
     def _at(self, time: float) -> tuple[float, ...]:
         """Return the true state at an instant that is not over."""
+        last = self._past[-1]
+        if time >= last[0] - 1e-9:
+            return last[1]
         before = self._past[0]
         for after in self._past:
             if after[0] >= time - 1e-6:
@@ -176,15 +188,13 @@ class _LastReading:
 
     def believe(self, of: AirData | None) -> None:
         """Go on with the readings of another pass."""
-        self._there = of is not None
+        self.there = of is not None
         if of is not None:
             rows = slice(np.searchsorted(of.time, self._before[0] + 1e-6, side="right"), None)
             self._next = deque(np.column_stack([of.time, of.arrival, of.errors])[rows].tolist())
 
     def seen(self, time: float, true: float) -> float:
         """Return what is seen at a step, whose true value is given: that until the first reading."""
-        if not self._there:
-            return true
         before, value = self._before
         while self._next and self._next[0][0] <= time + 1e-6:
             instant, arrival, error = self._next.popleft()
