@@ -1,4 +1,8 @@
-"""pyins as a navigator of sinssim: `pyins_navigator.py inertial` integrates, `filter` runs its feedback filter."""
+"""pyins as a navigator of sinssim: `pyins_navigator.py inertial` integrates, `filter` runs its feedback filter.
+
+`model GYROS ACCELEROMETERS` is the filter with the sigmas and the noise of the run. The protocol has no misalignments:
+their 1σ are the two numbers, in seconds of arc.
+"""
 
 import struct
 import sys
@@ -30,6 +34,7 @@ while True:
     data = read(size)
     if kind == 1:
         start_time, *state = struct.unpack_from("<11d", data, 8)
+        numbers = struct.unpack_from("<62d", data)
     elif kind == 2:
         name, about, *arm, values, sigmas = struct.unpack("<32s32s3dII", data)
         sensors.append((about.rstrip(b"\0").decode(), arm))
@@ -63,16 +68,24 @@ else:
         elif kind == "gnss-velocity":
             frame = pd.DataFrame(columns, index=values[:, 1], columns=PVA[3:6])
             given.append(measurements.NedVelocity(frame, values[0, 5], arm))
+    if sys.argv[1] == "filter":
+        sigma, step = {"position_sd": 1.0, "velocity_sd": 0.1, "level_sd": 1.0, "azimuth_sd": 3.0}, 0.1
+        models = [
+            {"bias_sd": np.radians(50.0) / 3600.0, "noise": np.radians(0.3) / 60.0},
+            {"bias_sd": 0.05, "noise": 0.05 / 60.0},
+        ]
+    else:
+        north, _, _, velocity, _, _, tilt, _, heading = numbers[12:21]
+        sigma, step = {"position_sd": north, "velocity_sd": velocity}, 1.0
+        sigma |= {"level_sd": np.degrees(tilt), "azimuth_sd": np.degrees(heading)}
+        models = []
+        for noise, bias, scale, angle in zip((22, 25), (28, 31), (48, 51), sys.argv[2:], strict=True):
+            matrix = np.full((3, 3), np.radians(float(angle) / 3600.0))
+            np.fill_diagonal(matrix, numbers[scale])
+            models.append({"bias_sd": numbers[bias], "noise": numbers[noise], "scale_misal_sd": matrix})
+    gyro, accel = (inertial_sensor.EstimationModel(**model) for model in models)
     trajectory = filters.run_feedback_filter(
-        start,
-        position_sd=1.0,
-        velocity_sd=0.1,
-        level_sd=1.0,
-        azimuth_sd=3.0,
-        increments=increments,
-        gyro_model=inertial_sensor.EstimationModel(bias_sd=np.radians(50.0) / 3600.0, noise=np.radians(0.3) / 60.0),
-        accel_model=inertial_sensor.EstimationModel(bias_sd=0.05, noise=0.05 / 60.0),
-        measurements=given,
+        start, **sigma, increments=increments, gyro_model=gyro, accel_model=accel, measurements=given, time_step=step
     ).trajectory
 answers = np.zeros(len(trajectory), np.dtype("<u2, <u2, <u4, (11,)<f8"))
 answers["f0"], answers["f2"] = 6, 88

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ from sinssim.sensors.aiding.air_data import Airspeed, Barometer
 from sinssim.sensors.aiding_sensor import Vehicle
 from sinssim.simulation.aided_run import aid_run
 from sinssim.simulation.navigation_stage import by_one, first_state, navigate
-from sinssim.simulation.truth_and_sensors import Sensed, sense, truth_along
+from sinssim.simulation.truth_and_sensors import Sensed, Truth, sense, truth_along
 from sinssim.truth.flight.flight_process import SectionedFlight
 from sinssim.truth.flight.guidance import TRUTH, AirData, Guided, SolutionErrors, finite_rows
 
@@ -47,6 +47,9 @@ _MOST, _GAIN = 12, 3.0
 _SECTIONS, _SHORTEST, _TRIALS = 16, 60.0, 40
 """Sections of a flight, the shortest one, s, and the trials of each. More sections take fewer trials, but all that has
 been flown before is navigated again in each."""
+_STEP, _STEP_SHARE, _MARGIN = 1.0, 1e-3, 0.5
+"""Steps of a flight that is guided while it is flown, s, and of what has been flown, since all of it is sensed again;
+the end of what has been flown that is not sensed yet, because the curve through the later knots still changes it, s."""
 _RATE = 10.0
 """Rate at which two paths are compared, Hz."""
 
@@ -199,6 +202,7 @@ def solution_errors(scenario: Scenario, path: Trajectory) -> SolutionErrors:
     guidance = scenario.flight.guidance
     truth = truth_along(path, scenario)
     sensed = sense(scenario, truth)
+    time = np.arange(0.0, path.end - path.start, 1.0 / guidance.rate_hz)
     if guidance.source in scenario.solution_names:
         solution = navigate(by_one(scenario, guidance.source), sensed).solutions[guidance.source]
     else:  # nothing is smoothed or diagnosed here
@@ -206,14 +210,60 @@ def solution_errors(scenario: Scenario, path: Trajectory) -> SolutionErrors:
         assert errors is not None  # those of simulated sensors are known
         aided = aid_run(scenario, path, sensed.imu, start, errors, monitored=monitored, history=False)
         solution = aided.estimate.solution
-    time = np.arange(0.0, path.end - path.start, 1.0 / guidance.rate_hz)
+    values = finite_rows(_errors_at(scenario, sensed, solution, time))
+    return SolutionErrors(guidance, values, **_readings(scenario, path))
+
+
+def _errors_at(scenario: Scenario, sensed: Sensed, solution: NavSolution, time: Array) -> Array:
+    """Return the errors of a solution at some instants since the start, (K, 12); zero before it begins."""
+    assert isinstance(sensed.truth, Truth)
+    path = sensed.truth.trajectory
     rows = np.searchsorted(solution.time, path.start + time + 1e-9, side="right") - 1  # the last row before
     begun = rows >= 0  # before it navigates, the true motion guides
     rows = np.maximum(rows, 0)
     values = np.zeros((len(time), 12))
     values[begun, :9] = _state_errors(scenario, path, solution, rows[begun])
     values[begun, 9:] = _rate_errors(scenario, sensed, path.start + time)[begun]
-    return SolutionErrors(guidance, finite_rows(values), **_readings(scenario, path))
+    return values
+
+
+class LiveFlight:
+    """A flight that a navigator elsewhere guides while it is flown; a context manager.
+
+    The autopilot sees the true motion with the errors of the last solution that has come. They are held for a step.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        """Bring the aircraft to the start of a scenario's flight."""
+        assert scenario.flight is not None
+        self.scenario, self.over, self._known = scenario, False, 0.0
+        self._errors = SolutionErrors(scenario.flight.guidance, np.zeros((1, 12)))
+        self._flying = SectionedFlight(scenario.flight, scenario.seed, self._errors, once=True)
+
+    def __enter__(self) -> LiveFlight:
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        """End the process that flies."""
+        self._flying.__exit__(*error)
+
+    def step(self) -> tuple[Sensed, float]:
+        """Fly on for a step.
+
+        Returns:
+            What the sensors have read so far, and until when it is final, s.
+        """
+        self._known += max(_STEP, _STEP_SHARE * self._known)
+        self.log, self.over = self._flying.fly(self._known + _MARGIN, self._errors)
+        path = true_motion(self.scenario, errors=self.log)
+        self._sensed = sense(self.scenario, truth_along(path, self.scenario))
+        return self._sensed, path.end if self.over else self._known
+
+    def believe(self, solution: NavSolution) -> None:
+        """Let the next steps see the errors of the last row of a solution, at an instant that has been flown."""
+        guidance, last = self._errors.guidance, float(solution.time[-1])
+        time = np.array([last - 1.0 / guidance.rate_hz, last])
+        self._errors = SolutionErrors(guidance, _errors_at(self.scenario, self._sensed, solution, time)[-1:])
 
 
 def air_sensors(scenario: Scenario) -> dict[str, Airspeed | Barometer]:

@@ -19,7 +19,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -130,7 +130,8 @@ def foreign_solutions(
     """
     for navigator in scenario.navigator:
         check_permission(scenario, navigator)
-    readings = _readings(scenario, truth, sensed)
+    names = dict.fromkeys(name for navigator in scenario.navigator for name in navigator.inputs if name != "imu")
+    readings = readings_by_name(scenario, truth, sensed, names)
 
     def by(navigator: NavigatorSection) -> ForeignSolution | RunError:
         chosen = [m for name in navigator.inputs for m in readings.get(name, ())]
@@ -147,9 +148,10 @@ def foreign_solutions(
         return dict(zip((n.name for n in scenario.navigator), pool.map(by, scenario.navigator), strict=True))
 
 
-def _readings(scenario: Scenario, truth: Truth | RecordedMotion, imu: ImuData) -> dict[str, list[Measurements]]:
-    """Return the measurements that navigators get, by the name of the input."""
-    names = dict.fromkeys(name for navigator in scenario.navigator for name in navigator.inputs if name != "imu")
+def readings_by_name(
+    scenario: Scenario, truth: Truth | RecordedMotion, imu: ImuData, names: Collection[str]
+) -> dict[str, list[Measurements]]:
+    """Return the measurements that navigators get, in the order of arrival, by the name of the input."""
     if not names:
         return {}
     if isinstance(truth, RecordedMotion):

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import sys
+from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -330,6 +333,7 @@ Listen = Annotated[
     typer.Option("--listen", metavar="PLACE", help="Score the solutions that arrive at udp:// or tcp://HOST:PORT."),
 ]
 Network = Annotated[bool, typer.Option("--allow-network", help="Allow places that are not on this machine.")]
+Guide = Annotated[bool, typer.Option("--guide", help="Fly by the solutions that arrive, while it is flown.")]
 LargestRate = Annotated[
     float | None,
     typer.Option("--rate", metavar="HZ", help="Largest rate of the inertial samples.", show_default="all"),
@@ -344,6 +348,7 @@ def stream(
     form: Form,
     pace: Pace = "1",
     listen: Listen = None,
+    guide: Guide = False,
     network: Network = False,
     rate: LargestRate = None,
     start: Annotated[str | None, start_option("Date of time 0 of the run, UTC.")] = None,
@@ -364,9 +369,10 @@ def stream(
         sinssim stream runs/mems_uav --to udp://127.0.0.1:14550 --as mavlink --pace max
         sinssim stream runs/mems_uav --to pty: --as nmea --pace max
         sinssim stream parked --to udp://127.0.0.1:5005 --as json --pace max --set parked.duration_s=60
+        sinssim stream s_turns --to tcp://127.0.0.1:5005 --as binary --listen tcp://127.0.0.1:5005 --guide
     """
     from sinssim.experiments.run.paced_stream import exchange, pace_of, place_of
-    from sinssim.experiments.run.stream_packets import FORMS, readings_of
+    from sinssim.experiments.run.stream_packets import FORMS, computed, live_packets, live_scenario, readings_of
 
     place = place_of(to, "--to", ("udp", "tcp", "pty"), allow_network=network)
     heard = None if listen is None else place_of(listen, "--listen", ("udp", "tcp"), allow_network=network)
@@ -375,13 +381,24 @@ def stream(
     def opened(device: str) -> None:
         print(f"Terminal: {device}", file=sys.stderr if as_json else sys.stdout, flush=True)
 
-    with readings_of(scenario, settings or (), start, rate, progress=has_bars(quiet)) as sent:
-        remarks(quiet)(f"{sent.run.name} goes to {place} as {form}, {sent.duration:g} s; Ctrl-C ends it.")
-        tally, answers = exchange(FORMS[form](sent, factor), place, heard, factor, opened)
+    with ExitStack() as stack:
+        if guide:
+            from sinssim.simulation.closed_loop import LiveFlight
+
+            flight = LiveFlight(live_scenario(scenario, settings or (), form, rate, listens=heard is not None))
+            packets = partial(live_packets, stack.enter_context(flight), start, math.isfinite(factor))
+            remarks(quiet)(f"{flight.scenario.name} goes to {place}, and flies by the answers; Ctrl-C ends it.")
+            tally, answers = exchange(packets, place, heard, factor, opened)
+        else:
+            sent = stack.enter_context(readings_of(scenario, settings or (), start, rate, progress=has_bars(quiet)))
+            remarks(quiet)(f"{sent.run.name} goes to {place} as {form}, {sent.duration:g} s; Ctrl-C ends it.")
+            tally, answers = exchange(FORMS[form](sent, factor), place, heard, factor, opened)
         if not (as_json or quiet):
             print(tally)
         numbers = tally.numbers
-        if heard is not None and (answers or not tally.interrupted):
+        if guide and not tally.interrupted:
+            sent = stack.enter_context(computed(flight.scenario, start, flown=flight.log))
+        if heard is not None and ((answers and not guide) or not tally.interrupted):
             numbers["answers"] = _scored_answers(sent, answers, quiet=quiet or as_json)
     if as_json:
         print_json(numbers)

@@ -67,6 +67,7 @@ if TYPE_CHECKING:
     from sinssim.experiments.run.summary_types import RunSummary, StageEntries
     from sinssim.recording.rerun.rrd import Watching
     from sinssim.scenario import Scenario
+    from sinssim.truth.flight.flight_log import FlightLog
     from sinssim.truth.flight.guidance import Guided
     from sinssim.truth.sampling import FlightEvent
 
@@ -80,6 +81,7 @@ def run(
     require: str | Requirement | Iterable[str | Requirement] = (),
     progress: Progress | bool | None = None,
     viewer: Watching | None = None,
+    flown: FlightLog | None = None,
 ) -> Run | PlaneRun:
     """Run a scenario: fly, sense, navigate by each algorithm, compare with the truth, and record.
 
@@ -99,6 +101,7 @@ def run(
         progress: called with one of `STAGES` and the fraction done, 0…1; "filter: " and what is tried while
             `filter.diagnose` searches. True shows a bar for each stage.
         viewer: shows the recording of a directory while it is written, see `sinssim.recording.rerun.viewer.LiveViewer`.
+        flown: the flight, if it has been flown already.
 
     Returns:
         The finished run; that of a one-component scenario is a `PlaneRun`.
@@ -120,7 +123,7 @@ def run(
         )
     check_path(scenario, wanted)
     with shown(progress, STAGES) as report, ended_with_errors():
-        return _run(scenario, directory, overwrite, Stages(report), wanted, viewer)
+        return _run(scenario, directory, overwrite, Stages(report), wanted, viewer, flown)
 
 
 def _run(
@@ -130,10 +133,11 @@ def _run(
     clock: Stages,
     require: Sequence[Requirement],
     viewer: Watching | None,
+    flown: FlightLog | None,
 ) -> Run | PlaneRun:
     """Compute a run by what its scenario describes; leave what a failed one had."""
     folder = None if directory is None else RunDirectory(Path(directory), overwrite=overwrite)
-    execution = Execution(scenario, folder, clock, require, viewer)
+    execution = Execution(scenario, folder, clock, require, viewer, flown)
     try:
         if scenario.one_component is not None:
             from sinssim.experiments.run.one_component_recording import compute_one_component
@@ -160,9 +164,10 @@ class Execution:
         clock: Stages,
         require: Sequence[Requirement] = (),
         viewer: Watching | None = None,
+        flown: FlightLog | None = None,
     ) -> None:
         """Begin a run that is judged by some requirements; nothing is written or shown without a folder."""
-        self.reached, self._require, self._viewer = Reached(scenario), require, viewer
+        self.reached, self._require, self._viewer, self._flown = Reached(scenario), require, viewer, flown
         self._folder, self._clock = folder, clock
         self._streams = folder is not None and scenario.recording.has_streams
         self._report = folder is not None and scenario.recording.has_report
@@ -242,7 +247,7 @@ class Execution:
 
     def _fly(self) -> tuple[Trajectory, Guided | None]:
         """Fly, and note whether the flight came from the cache; None for another motion."""
-        from sinssim.scenario.true_motion import fly
+        from sinssim.scenario.true_motion import fly, true_motion
         from sinssim.simulation.closed_loop import closed_loop, is_guided
 
         flown: list[float] = []  # a cached flight jumps to 1
@@ -253,7 +258,10 @@ class Execution:
 
         scenario, guided = self._scenario, None
         with self._clock("flight"):
-            if is_guided(scenario):
+            if self._flown is not None:
+                trajectory = true_motion(scenario, flying, errors=self._flown)
+                flying(1.0)
+            elif is_guided(scenario):
                 warn_of_limits(scenario)
                 trajectory, guided = closed_loop(scenario, flying, partial(rehearse, scenario))
             else:

@@ -23,10 +23,11 @@ from urllib.parse import urlsplit
 
 import numpy as np
 
+from sinssim.data import NavSolution
 from sinssim.errors import InputError, RunError, shortened
 from sinssim.experiments.run.stream_packets import Packet
 from sinssim.logs.stored_run import STATE_COLUMNS
-from sinssim.simulation.navigator_protocol import HEADER, MAGIC, SOLUTION, answer_size, check_header
+from sinssim.simulation.navigator_protocol import HEADER, MAGIC, SOLUTION, WITHIN, answer_size, check_header
 from sinssim.system.outputs import Draft
 
 if TYPE_CHECKING:
@@ -108,7 +109,8 @@ class Listener:
 
     def __init__(self, place: Place, to: Place) -> None:
         """Listen from now on; if packets go to the same place by a connection, to that, once it is made (`hear`)."""
-        self.place, self._heard, self._last = place, list[bytearray](), time.monotonic()
+        self.place, self._heard, self.last = place, list[bytearray](), time.monotonic()
+        self._used: Counter[int] = Counter()  # bytes of each connection that were fresh, and datagrams
         self._over, self._threads = threading.Event(), list[threading.Thread]()
         kind = socket.SOCK_DGRAM if place.scheme == "udp" else socket.SOCK_STREAM
         self.family, address = _address(place, kind)
@@ -144,7 +146,7 @@ class Listener:
             with suppress(OSError):
                 if self._ready(self.socket):
                     self._heard.append(bytearray(self.socket.recv(_DATAGRAM)))
-                    self._last = time.monotonic()
+                    self.last = time.monotonic()
 
     def _connections(self) -> None:
         """Collect what connections bring, one after another."""
@@ -162,7 +164,7 @@ class Listener:
                     if not (more := link.recv(_DATAGRAM)):
                         return
                     heard += more
-                    self._last = time.monotonic()
+                    self.last = time.monotonic()
 
     @property
     def answers(self) -> list[bytes]:
@@ -171,6 +173,19 @@ class Listener:
             return [bytes(heard) for heard in self._heard]
         parts = (heard.splitlines() if heard.lstrip().startswith(b"{") else [heard] for heard in self._heard)
         return [bytes(answer) for of_connection in parts for answer in of_connection if answer]
+
+    def fresh(self) -> list[bytes]:
+        """Return the whole answers that have come since the last time."""
+        if self.place.scheme == "udp":
+            new = [bytes(heard) for heard in self._heard[self._used[0] :]]
+            self._used[0] += len(new)
+            return new
+        parts = list[bytes]()
+        for number, heard in enumerate(self._heard):
+            begin, end = self._used[number], _whole(heard, self._used[number])
+            parts += bytes(heard[begin:end]).splitlines() if heard.startswith(b"{") else [bytes(heard[begin:end])]
+            self._used[number] = end
+        return [part for part in parts if part]
 
     def __enter__(self) -> Listener:
         return self
@@ -183,9 +198,57 @@ class Listener:
 
     def wait(self) -> None:
         """Wait until nothing has arrived for a second."""
-        self._last = time.monotonic()
-        while time.monotonic() - self._last < _QUIET_S:
+        self.last = time.monotonic()
+        while time.monotonic() - self.last < _QUIET_S:
             time.sleep(0.05)
+
+
+def _whole(heard: bytearray, end: int) -> int:
+    """Return where the last whole answer ends that a connection has brought, given where one before it ends."""
+    if heard.startswith(b"{"):
+        return heard.rfind(b"\n") + 1
+    if end == 0 and heard.startswith(MAGIC):
+        end = HEADER.size if len(heard) > HEADER.size else 0
+    with suppress(RunError):  # it is told at the end
+        while len(heard) - end >= 8 and (size := answer_size(bytes(heard[end : end + 8]))) <= len(heard) - end:
+            end += size
+    return end
+
+
+class LastSolution:
+    """The last solution that a listener has got, of those with a whole state."""
+
+    def __init__(self, listener: Listener, *, paced: bool) -> None:
+        """Read what comes from now on; without a pace, that of the last sample is awaited."""
+        self._listener, self._paced, self._row = listener, paced, dict[str, float]()
+
+    def __call__(self, sent: float) -> NavSolution | None:
+        """Return it; None: none has come.
+
+        Args:
+            sent: time until which samples were sent, s.
+        """
+        self._listener.last = time.monotonic()
+        self._read()
+        while not self._paced and self._time < sent - WITHIN and time.monotonic() - self._listener.last < _QUIET_S:
+            time.sleep(1e-3)
+            self._read()
+        row = self._row
+        if not row or row["time_s"] > sent + WITHIN:  # of the future
+            return None
+        state = np.array([[row[name] for name in STATE_COLUMNS]])
+        times = np.array([row["time_s"]])
+        latitude, longitude, height = state[:, :3].T
+        return NavSolution(times, latitude, longitude, height, state[:, 3:6], state[:, 6:], np.zeros(1))
+
+    @property
+    def _time(self) -> float:
+        return self._row.get("time_s", -math.inf)
+
+    def _read(self) -> None:
+        columns, _ = columns_of_answers(self._listener.fresh())
+        if {"time_s", *STATE_COLUMNS} <= columns.keys() and columns["time_s"][-1] > self._time:
+            self._row = {name: values[-1] for name, values in columns.items()}
 
 
 @contextmanager
@@ -372,17 +435,25 @@ def send_at_pace(
 
 
 def exchange(
-    packets: Iterable[Packet], place: Place, listen: Place | None, pace: float, opened: Callable[[str], None]
+    packets: Iterable[Packet] | Callable[[LastSolution], Iterable[Packet]],
+    place: Place,
+    listen: Place | None,
+    pace: float,
+    opened: Callable[[str], None],
 ) -> tuple[Tally, list[bytes]]:
     """Send packets to a place, and return what was sent and the answers that came to another, or back by a connection.
 
     Args:
+        packets: the packets, or what makes them from the answers.
         opened: is told the name of a pseudo-terminal's device.
     """
     with (
         nullcontext() if listen is None else Listener(listen, place) as listener,
         outlet(place, listener, opened) as send,
     ):
+        if callable(packets):
+            assert listener is not None
+            packets = packets(LastSolution(listener, paced=math.isfinite(pace)))
         tally = send_at_pace(packets, send, pace)
         if listener is None:
             return tally, []

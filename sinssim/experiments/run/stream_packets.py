@@ -10,31 +10,39 @@ import heapq
 import json
 import math
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from sinssim import rotation
-from sinssim.data import Array, ImuData, Measurements, NavState
+from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
 from sinssim.earth.ellipsoids import ellipsoid_by_name
 from sinssim.errors import InputError
 from sinssim.experiments.run.finished_runs import FinishedRun
 from sinssim.logs.formats.nmea_ubx import MOST_HZ, nmea_instants
+from sinssim.logs.formats.registry import DEFAULT_START
 from sinssim.logs.formats.run_export import Content, choose, date_of_run
-from sinssim.logs.gps_time import WEEK
+from sinssim.logs.gps_time import WEEK, parse_date
 from sinssim.logs.recorded_streams import FixStream
 from sinssim.logs.stored_run import STATE_COLUMNS, RecordedRun
-from sinssim.scenario import load_scenario
+from sinssim.scenario import filter_model, load_scenario
 from sinssim.sensors.aiding_registry import KINDS
 from sinssim.sensors.measurement_kind import earth_rate
 from sinssim.simulation.navigator_protocol import WITHIN, Feed
 from sinssim.system.outputs import Draft
 from sinssim.truth.flight.atmosphere import Air
+from sinssim.truth.flight.guidance import TRUTH
 from sinssim.units import DEG, G0
+
+if TYPE_CHECKING:
+    from sinssim.scenario import Scenario
+    from sinssim.simulation.closed_loop import LiveFlight
+    from sinssim.truth.flight.flight_log import FlightLog
 
 _INCREMENTS = tuple(f"{word}_{axis}_{unit}" for word, unit in (("dtheta", "rad"), ("dvel", "mps")) for axis in "xyz")
 _BLOCK = 256
@@ -152,15 +160,49 @@ def readings_of(
             raise InputError(f"--set changes a scenario, and {name} is a run that is computed already.")
         yield streamed(RecordedRun(FinishedRun(Path(name)).path), start, rate_hz)
         return
-    from sinssim.experiments.run.execute import run
-
-    scenario = load_scenario(name, [*settings, 'recording.keep="streams"', 'recording.detail="none"'])
+    scenario = _streamed_scenario(name, settings)
     if scenario.one_component is not None:
         raise InputError(f"{scenario.name} is a motion of one component, which has no position on the Earth to send.")
+    with computed(scenario, start, rate_hz, progress=progress) as sent:
+        yield sent
+
+
+def _streamed_scenario(name: str, settings: Sequence[str]) -> Scenario:
+    return load_scenario(name, [*settings, 'recording.keep="streams"', 'recording.detail="none"'])
+
+
+@contextmanager
+def computed(
+    scenario: Scenario, start: str | None, rate_hz: float | None = None, flown: FlightLog | None = None,
+    *, progress: bool = False,
+) -> Iterator[Streamed]:  # fmt: skip
+    """Yield what a run of a scenario sends, which is computed, along a flight that has been flown if one is given."""
+    from sinssim.experiments.run.execute import run
+
     with Draft(name="stream") as folder:
-        place = run(scenario, folder.path / scenario.name, progress=progress).directory
+        place = run(scenario, folder.path / scenario.name, progress=progress, flown=flown).directory
         assert place is not None
         yield streamed(RecordedRun(place), start, rate_hz)
+
+
+def live_scenario(name: str, settings: Sequence[str], form: str, rate_hz: float | None, *, listens: bool) -> Scenario:
+    """Return the scenario of a flight that the answers of a navigator are to guide.
+
+    Raises:
+        InputError: they cannot.
+    """
+    if not listens:
+        raise InputError("--guide: the answers of a navigator guide the flight; give --listen.")
+    if form != "binary" or rate_hz is not None:
+        raise InputError("--guide needs the protocol with navigators: give --as binary, without --rate.")
+    if Path(name).is_dir():
+        raise InputError(f"--guide flies a scenario, and {name} is a run that is flown already.")
+    scenario = _streamed_scenario(name, settings)
+    if scenario.flight is None or scenario.flight.guidance.source != TRUTH:
+        raise InputError(f'--guide needs a [flight], with flight.guidance.source = "{TRUTH}".')
+    if scenario.navigation.alignment is not None:
+        raise InputError("--guide: the navigator begins at once; remove [navigation.alignment].")
+    return filter_model.with_states(scenario)
 
 
 def _line(kind: str, time: float, columns: Sequence[str], values: Sequence[float]) -> Packet:
@@ -224,6 +266,58 @@ def binary_packets(of: Streamed, pace: float = 1.0) -> Iterator[Packet]:
             number += 1
             yield Packet(float(imu.time[number]), "imu", bytes(part))
     yield Packet(of.end, "end", feed.closing())
+
+
+def live_packets(
+    flight: LiveFlight, start: str | None, paced: bool, solution: Callable[[float], NavSolution | None]
+) -> Iterator[Packet]:
+    """Yield the messages of the protocol with navigators of others while a flight is flown by what they answer.
+
+    Args:
+        flight: that of the scenario.
+        start: date of the run's time 0, UTC.
+        paced: whether the next step is flown while one is sent; otherwise after that.
+        solution: returns the last solution that has come, given until when samples were sent, s; None: none has.
+    """
+    from sinssim.simulation.foreign_navigator import first_message, readings_by_name
+    from sinssim.simulation.navigation_stage import first_state
+
+    zero = parse_date(DEFAULT_START if start is None else start, "--start")
+    scenario, number, opened = flight.scenario, 0, False
+    names = () if scenario.aiding is None else tuple(scenario.aiding.sensors())
+
+    def step(sent: float) -> list[Packet]:
+        nonlocal number, opened
+        if (last := solution(sent)) is not None:
+            flight.believe(last)
+        sensed, until = flight.step()
+        imu, truth, begun = sensed.imu, sensed.truth, opened
+        end = int(np.searchsorted(imu.time, until + WITHIN, side="right")) - 1
+        edges = imu.time[number : end + 1]
+        new = ImuData(edges, imu.dtheta[number:end], imu.dvel[number:end])
+        readings = [m for series in readings_by_name(scenario, truth, imu, names).values() for m in series]
+        readings = [_arrived_after(m, edges[0] + WITHIN) if begun else m for m in readings]
+        numbers = first_message(scenario, truth.ellipsoid, zero, new, first_state(scenario, truth))
+        feed, opened = Feed(numbers, new, readings), True
+        packets = [] if begun else [Packet(float(edges[0]), "begin", feed.opening())]
+        parts = (bytes(part) for block in feed.blocks() for part in block.parts)
+        packets += [Packet(time, "imu", part) for time, part in zip(edges[1:].tolist(), parts, strict=True)]
+        number = end
+        return packets + ([Packet(float(edges[-1]), "end", feed.closing())] if flight.over else [])
+
+    with ThreadPoolExecutor(1) as pool:
+        packets = step(-math.inf)
+        while packets:
+            last, over = packets[-1].time, flight.over
+            ahead = pool.submit(step, last) if paced and not over else None
+            yield from packets
+            packets = ahead.result() if ahead is not None else [] if over else step(last)
+
+
+def _arrived_after(m: Measurements, time: float) -> Measurements:
+    """Return the readings, in the order of arrival, that arrive after an instant."""
+    k = int(np.searchsorted(m.arrival, time, side="right"))
+    return replace(m, time=m.time[k:], arrival=m.arrival[k:], value=m.value[k:], sigma=m.sigma[k:])
 
 
 def _measurements(of: Streamed, name: str) -> Measurements:

@@ -116,9 +116,9 @@ class SectionedFlight:
     Use as a context manager.
     """
 
-    def __init__(self, flight: FlightPlan, seed: int, errors: SolutionErrors) -> None:
-        """Bring the aircraft to the start of a plan; `errors` are those at the start."""
-        self._other = _Other(flight, "_serve_sections")
+    def __init__(self, flight: FlightPlan, seed: int, errors: SolutionErrors, *, once: bool = False) -> None:
+        """Bring the aircraft to the start of a plan; `errors` are those at the start. What is flown `once` is kept."""
+        self._other = _Other(flight, "_serve_once" if once else "_serve_sections")
         self._other.send((flight, seed, errors))
 
     def __enter__(self) -> Self:
@@ -168,6 +168,22 @@ def _serve_sections() -> None:
     with _served() as answer:
         flight, seed, errors = _message()
         fly_plan(flight, seed, errors=errors, pause=_Sections(answer).pause)
+
+
+def _serve_once() -> None:
+    """Fly the plan from standard input, and wait for a message at the end of each section."""
+    with _served() as answer:
+        flight, seed, errors = _message()
+        begun = False
+
+        def pause(record: FlightRecord, over: bool) -> tuple[float, SolutionErrors] | None:
+            nonlocal begun
+            if begun:
+                answer("flown", (record, over))
+            begun = True
+            return None if over else _message()
+
+        fly_plan(flight, seed, errors=errors, pause=pause)
 
 
 class _Sections:

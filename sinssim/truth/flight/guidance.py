@@ -120,7 +120,8 @@ class Navigator:
         self._past: deque[tuple[float, tuple[float, ...]]] = deque(
             maxlen=2 + floor((guidance.latency_s + 1.0 / guidance.rate_hz) / interval + 1e-6)
         )
-        self._then = self._row = (0.0,) * 12
+        self._then: tuple[float, ...] = ()
+        self._row: tuple[float, ...] = ()
         self._slow = (0.0, 0.0, 0.0, 0.0)
 
     def believe(self, errors: SolutionErrors) -> None:

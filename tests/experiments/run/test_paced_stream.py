@@ -18,6 +18,7 @@ from array import array
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
@@ -26,7 +27,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+import sinssim
 from sinssim.cli.commands.finished_runs import _scored_answers
+from sinssim.data import ImuData, NavState
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.run import paced_stream
 from sinssim.experiments.run.execute import run as run_scenario
@@ -43,11 +46,15 @@ from sinssim.experiments.run.stream_packets import (
     _true_states,
     _uint16,
     _us,
+    live_packets,
     streamed,
 )
 from sinssim.logs.solution_score import Judge
 from sinssim.logs.stored_run import RecordedRun
+from sinssim.scenario import filter_model
 from sinssim.scenario.schema import Scenario
+from sinssim.scenario.true_motion import true_motion
+from sinssim.simulation.closed_loop import LiveFlight, closed_loop
 from sinssim.simulation.navigator_protocol import BEGIN_TYPE
 from tests.cli.test_cli import call
 from tests.logs.short_run import CONTENTS
@@ -644,3 +651,97 @@ def test_the_numbers_of_a_tally() -> None:
     nothing = paced_stream.Tally(math.inf)
     assert str(nothing) == "Nothing was sent."
     assert (nothing.numbers["pace"], nothing.numbers["until_s"], nothing.numbers["within_1_ms"]) == ("max", None, None)
+
+
+def steered(east_m: float) -> Scenario:
+    """Return a flight of half a minute to the north, whose navigator starts east of its place."""
+    start = {"on": "air", "latitude_deg": 0.0, "longitude_deg": 10.0, "altitude_m": 5000.0}
+    leg = {"type": "waypoint", "latitude_deg": 0.04, "longitude_deg": 10.0, "capture_radius_m": 100.0}
+    return Scenario.model_validate(
+        {
+            "name": "north", "flight": {"aircraft": "737", "start": start, "legs": [leg]},
+            "imu": {"grade": "ideal", "rate_hz": 50.0},
+            "navigation": {"algorithms": ["quaternion"], "vertical": "free", "initial_error": {"east_m": east_m}},
+            "aiding": {"gnss": {"rate_hz": 1.0, "latency_s": 0.3}}, "filter": {},
+        }
+    )  # fmt: skip
+
+
+def navigating(link: socket.socket, samples: list[tuple[float, ...]], kinds: list[int]) -> None:
+    """Integrate what comes, and answer every fifth sample of a second."""
+    taken, _ = link.accept()
+    with taken, taken.makefile("rb") as file:
+        file.read(16)
+        taken.sendall(struct.pack("<8sII", b"SINSSIM\0", 1, 0))
+        new: list[tuple[float, ...]] = []
+        while kinds[-1:] != [5]:
+            kind, _, size = struct.unpack("<HHI", file.read(8))
+            data = file.read(size)
+            kinds.append(kind)
+            if kind == 1:
+                x = np.array(struct.unpack_from("<12d", data)[1:])
+                state, time_s = NavState(x[1], x[2], x[3], x[4:7], x[7:11]), float(x[0])
+            if kind == 3:
+                new.append(struct.unpack("<8d", data))
+            if len(new) == 10:
+                a = np.array(new)
+                samples += new
+                new = []
+                s = sinssim.navigate(ImuData(np.append(time_s, a[:, 0]), a[:, 2:5], a[:, 5:8]), state, vertical="free")
+                time_s, state = float(s.time[-1]), s.state()
+                row = (time_s, state.latitude, state.longitude, state.height, *state.velocity_ned, *state.q_nb)
+                taken.sendall(struct.pack("<HHI11d", 6, 0, 88, *map(float, row)))
+
+
+def test_the_answers_guide_the_flight_while_it_is_flown() -> None:
+    """A navigator that believes to be 200 m east of its place passes the waypoint 200 m west of it, less what the
+    autopilot has not yet corrected after 24 s; as in the flight that is repeated until it settles.
+
+    What was sent while it flew is what the sensors read along the whole flight: GNSS at 1 Hz, position and velocity,
+    0.3 s late.
+    """
+    samples: list[tuple[float, ...]] = []
+    kinds: list[int] = []
+    with socket.socket() as link:
+        link.bind((LOOPBACK, 0))
+        link.listen()
+        navigator = threading.Thread(target=navigating, args=(link, samples, kinds))
+        navigator.start()
+        to = place_of(f"tcp://{LOOPBACK}:{link.getsockname()[1]}", "--to", ("tcp",))
+        with LiveFlight(filter_model.with_states(steered(200.0))) as flight:
+            tally, _ = paced_stream.exchange(partial(live_packets, flight, None, False), to, to, math.inf, print)
+        navigator.join()
+    path = true_motion(flight.scenario, errors=flight.log)
+    end = path.state(path.end)
+    east = 6378137.0 * (float(end.longitude) - math.radians(10.0))
+    assert -200.0 < east < -170.0
+    contents = flight.scenario.contents()
+    contents["flight"]["guidance"] = {"source": "quaternion"}
+    settled, _ = closed_loop(Scenario.model_validate(contents))
+    off = path.state(20.0).longitude - settled.state(20.0).longitude
+    assert abs(6378137.0 * float(off)) < 15.0  # the first answer comes after 1.5 s
+    assert tally.counts["imu"] == int(50.0 * path.end)
+    assert kinds.count(4) == 2 * math.floor(path.end - 0.3)
+    sent, ideal = np.array(samples), path.increments(50.0)
+    assert np.abs(sent[:, 2:5] - ideal.dtheta[: len(sent)]).max() < 1e-9
+    assert np.abs(sent[:, 5:8] - ideal.dvel[: len(sent)]).max() < 1e-7
+    run = run_scenario(flight.scenario, flown=flight.log)
+    assert run.truth.time[-1] == pytest.approx(path.end, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["first_flight", "--as", "binary"], "give --listen"),
+        (["first_flight", "--as", "json", "--listen", "udp://127.0.0.1:9"], "give --as binary"),
+        (["parked", "--as", "binary", "--listen", "udp://127.0.0.1:9"], "needs a [flight]"),
+        (["spoofed_airliner", "--as", "binary", "--listen", "udp://127.0.0.1:9"], 'guidance.source = "truth"'),
+        (["oceanic_crossing_aligned", "--as", "binary", "--listen", "udp://127.0.0.1:9", "--set",
+          "flight.guidance.source=truth"], "remove [navigation.alignment]"),
+    ],
+)  # fmt: skip
+def test_what_answers_cannot_guide_is_refused(
+    arguments: list[str], message: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert call("stream", *arguments, "--to", "udp://127.0.0.1:9", "--guide") == 2
+    assert message in " ".join(capfd.readouterr().err.split())
