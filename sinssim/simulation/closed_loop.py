@@ -27,7 +27,6 @@ from sinssim.scenario import filter_model
 from sinssim.scenario.true_motion import mounting, true_motion
 from sinssim.sensors.aiding.air_data import Airspeed, Barometer
 from sinssim.sensors.aiding_sensor import Vehicle
-from sinssim.simulation.aided_run import aid_run
 from sinssim.simulation.navigation_stage import by_one, first_state, navigate
 from sinssim.simulation.truth_and_sensors import Sensed, Truth, sense, truth_along
 from sinssim.truth.flight.flight_process import SectionedFlight
@@ -206,6 +205,8 @@ def solution_errors(scenario: Scenario, path: Trajectory) -> SolutionErrors:
     if guidance.source in scenario.solution_names:
         solution = navigate(by_one(scenario, guidance.source), sensed).solutions[guidance.source]
     else:  # nothing is smoothed or diagnosed here
+        from sinssim.simulation.aided_run import aid_run
+
         start, errors, monitored = first_state(scenario, truth), sensed.errors, sensed.readings.monitored
         assert errors is not None  # those of simulated sensors are known
         aided = aid_run(scenario, path, sensed.imu, start, errors, monitored=monitored, history=False)
