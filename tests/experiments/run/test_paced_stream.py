@@ -205,6 +205,8 @@ def test_a_wrong_place_is_told_and_no_name_is_looked_up(
 def test_places_of_this_machine_and_of_others_if_allowed() -> None:
     for text in ("udp://127.0.0.1:5", "udp://[::1]:5", "udp://localhost:5"):
         assert str(place_of(text, "--to", ("udp",))) == text
+    with pytest.raises(InputError, match="--allow-network allows other machines"):
+        place_of("udp://192.0.2.1:5", "--to", ("udp",))
     assert place_of("udp://192.0.2.1:5", "--to", ("udp",), allow_network=True).host == "192.0.2.1"
 
 

@@ -104,3 +104,14 @@ def test_errors_stay_after_the_end_and_where_they_are_not_finite() -> None:
     errors[:, 2] = 1.0, np.nan, 3.0, np.inf
     assert finite_rows(errors)[:, 2].tolist() == [1.0, 1.0, 3.0, 3.0]
     assert flown(31, finite_rows(errors))[30].height == pytest.approx(103.0)
+
+
+def test_between_two_steps_a_heading_passes_north_by_the_short_way() -> None:
+    """From 359° to 1° of heading, and from 179° to −179° of roll, half of the way is north and upside down."""
+    navigator = Navigator(SolutionErrors(Guidance(), np.zeros((3, 12))), STEP)
+    before, after = np.zeros(12), np.ones(12)
+    before[[6, 8]], after[[6, 8]] = np.radians([179.0, 359.0]), np.radians([-179.0, 1.0])
+    navigator._past.extend([(1.0, tuple(before)), (2.0, tuple(after))])
+    middle = np.array(navigator._at(1.5))
+    assert np.degrees(middle[[6, 8]]) == pytest.approx([180.0, 360.0])
+    assert middle[[0, 7, 9, 11]] == pytest.approx(0.5)

@@ -51,6 +51,12 @@ def test_a_corridor_that_is_not_kept() -> None:
 
 def test_the_errors_by_leg() -> None:
     table = off_path()._table(("page",))
+    assert table.title == "Distance from the planned path by leg"
+    assert [(column.group, column.head) for column in table.columns] == [
+        ("", "leg"), ("TSE", "across 95 %"), ("TSE", "across largest"), ("TSE", "vertical largest"),
+        ("NSE", "across 95 %"), ("NSE", "along 95 %"), ("NSE", "vertical 95 %"), ("FTE", "across 95 %"),
+        ("FTE", "vertical 95 %"), ("", "RNP"), ("", "within"), ("", "first outside"),
+    ]  # fmt: skip
     assert [list(row) for row in table.rows] == [
         ["1 hold", *np.arange(10.0, 18.0), "0.3", "100 %", "–"],
         ["2 waypoint", *np.arange(20.0, 28.0), "0.3", "90 %", "140 s"],
