@@ -230,6 +230,8 @@ def test_json_has_the_numbers_of_the_streams(of: Streamed) -> None:
     for column in ("time_s", "longitude_rad", "sigma_d_m", "arrival_s"):
         np.testing.assert_array_equal([row[column] for row in sent], gnss[column][kept])
     assert "nis" not in sent[0]
+    due = [packet.time for packet in packets("json", of) if packet.kind == "gnss_position"]
+    np.testing.assert_array_equal(due, gnss["arrival_s"][kept])
     nav = of.run.table("nav_quaternion")
     assert rows[0]["type"] == "begin"
     assert rows[0]["longitude_rad"] == nav["longitude_rad"][0]
@@ -539,7 +541,7 @@ def test_a_scenario_is_computed_first(capsys: pytest.CaptureFixture[str]) -> Non
     [
         (("one_component",), "one component"),
         (("RUN", "--set", "seed=3"), "computed already"),
-        (("RUN", "--rate", "-1"), "--rate -1"),
+        (("RUN", "--rate", "-1"), "--rate -1: the rate of samples must be positive, in hertz."),
         (("RUN", "--listen", "pty:"), "is none of udp://HOST:PORT, tcp://HOST:PORT"),
         (("RUN", "--start", "soon"), "'soon' is not a date"),
     ],

@@ -30,7 +30,8 @@ def test_the_table() -> None:
     assert isinstance(table, Table)
     assert isinstance(normal, Sentence)
     assert isinstance(last, Sentence)
-    _, heads, rows = table.shown("page")
+    columns, heads, rows = table.shown("page")
+    assert [column.group for column in columns] == [*[""] * 3, *["errors within its 1σ"] * 3, *[""] * 2]
     assert [", ".join(filter(None, head)) for head in heads] == [
         "navigator", "solutions", "every, s", "position", "velocity", "attitude", "status", "started",
     ]  # fmt: skip

@@ -10,6 +10,7 @@ import numpy as np
 from sinssim.data import NavState
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.experiments.run.parts.guided_flight import (
+    Displaced,
     Guidance,
     OffPath,
     _air_words,
@@ -147,3 +148,18 @@ def test_where_it_went_on_the_console() -> None:
         "The flight follows euler: at its end it is 12.5 m from where a perfect navigator with perfect air data would "
         "have taken it, at most 31.2 m. Its airspeed is true, its height that of [aiding.baro]."
     )
+
+
+def test_the_displacement_over_time() -> None:
+    part = Guidance(SimpleNamespace())  # type: ignore[arg-type]
+    values = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
+    vars(part)["displaced"] = Displaced(np.array([10.0, 70.0]), values)
+    part.enter({"source": "euler", "moved_m": [0.5], "in_sections": False, "ended_early": "", "legs": [],
+                "waypoints": [], "seen": {"airspeed": "true", "height": "true"}})  # fmt: skip
+    said, charts = part.exhibits()
+    assert said.text.startswith("The autopilot and the legs see the solution euler. Its airspeed is true, its height")  # type: ignore[union-attr]
+    (chart,) = charts  # type: ignore[misc]
+    assert chart.title == "Displacement from the flight of a perfect navigator"
+    assert (chart.x.low, chart.x.high) == (10.0, 70.0)
+    assert [(line.label, line.color) for line in chart.marks] == [("along", "x"), ("right", "y"), ("up", "z")]
+    np.testing.assert_array_equal([line.y for line in chart.marks], values.T)
