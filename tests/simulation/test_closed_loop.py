@@ -15,7 +15,7 @@ from scipy.stats import chi2
 
 import sinssim
 from sinssim.content import package_content
-from sinssim.data import NavSolution, NavState
+from sinssim.data import ImuData, NavSolution, NavState
 from sinssim.errors import InputError, RunError
 from sinssim.recording.page import page_of
 from sinssim.scenario import Scenario, filter_model, load_scenario
@@ -553,3 +553,43 @@ def test_a_block_that_turns_has_no_errors_of_rates() -> None:
     turning: Any = SimpleNamespace(imu=SimpleNamespace(rotation="continuous"))
     none: Any = SimpleNamespace(imu=None, perfect=SimpleNamespace(imu=None))
     assert not closing._rate_errors(turning, none, np.zeros(4)).any()
+
+
+def test_errors_of_the_rates_are_about_the_axes_of_the_vehicle() -> None:
+    """A block turned by 90° to the right: its forward axis is the vehicle's right one. 1 mrad/s over the first second,
+    3 mrad/s over the second, each as a mean since the instant before."""
+    time = np.arange(0.0, 2.01, 0.5)
+    measured = ImuData(time, np.outer([0.5, 0.5, 1.5, 1.5], [1e-3, 0.0, 0.0]), np.zeros((4, 3)))
+    ideal = ImuData(time, np.zeros((4, 3)), np.zeros((4, 3)))
+    sensed: Any = SimpleNamespace(imu=measured, perfect=SimpleNamespace(imu=ideal))
+    turned: Any = SimpleNamespace(imu=SimpleNamespace(rotation=None))
+    with pytest.MonkeyPatch.context() as patch:
+        s = math.sqrt(0.5)
+        patch.setattr(closing, "mounting", lambda scenario: SimpleNamespace(q_bs=np.array([s, 0.0, 0.0, s])))
+        found = closing._rate_errors(turned, sensed, np.array([1.0, 2.0]))
+    np.testing.assert_allclose(found, [[0.0, 1e-3, 0.0], [0.0, 3e-3, 0.0]], atol=1e-12)
+
+
+def test_errors_are_those_of_the_last_solution_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Solutions at 10.5, 10.9 and 11.4 s, and an autopilot of 2 Hz from 10 s on: none, the first, the second."""
+    scenario = plan(rate_hz=2.0)
+    solution = SimpleNamespace(time=np.array([10.5, 10.9, 11.4]))
+    path: Any = SimpleNamespace(start=10.0, end=11.5)
+    monkeypatch.setattr(closing, "sense", lambda *given: None)
+    monkeypatch.setattr(closing, "truth_along", lambda *given: None)
+    monkeypatch.setattr(closing, "by_one", lambda *given: None)
+    monkeypatch.setattr(closing, "navigate", lambda *given: SimpleNamespace(solutions={"quaternion": solution}))
+    monkeypatch.setattr(closing, "_state_errors", lambda s, p, solution, rows: np.outer(rows + 1.0, np.ones(9)))
+    monkeypatch.setattr(closing, "_rate_errors", lambda s, sensed, time: np.outer(time, np.ones(3)))
+    found = closing.solution_errors(scenario, path)
+    assert found.values[:, 0].tolist() == [0.0, 1.0, 2.0]
+    assert found.values[:, 9].tolist() == [0.0, 10.5, 11.0]
+    assert (found.airspeed, found.height) == (None, None)
+
+
+@pytest.mark.parametrize(("quantities", "seen"), [(ALL, ["airspeed"]), (("position",), ["airspeed", "height"])])
+def test_which_air_data_the_autopilot_sees(quantities: tuple[str, ...], seen: list[str]) -> None:
+    contents = plan(quantities=quantities).contents()
+    scenario = Scenario.model_validate({**contents, "aiding": {"airspeed": {}, "baro": {}}, "filter": {}})
+    assert list(closing.air_sensors(scenario)) == seen
+    assert closing.air_sensors(plan(quantities=quantities)) == {}

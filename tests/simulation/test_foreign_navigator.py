@@ -685,3 +685,76 @@ def test_answers_that_begin_after_the_first_sample_follow_the_state_that_was_sen
     np.testing.assert_array_equal(solution.height, [90.0, 100.0, 100.0, 100.0])
     np.testing.assert_array_equal(solution.velocity_ned[:2], [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
     np.testing.assert_array_equal(solution.q_nb[:2], [[0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]])
+
+
+def test_every_number_of_the_first_message() -> None:
+    """Noises by their units, those of gyros unlike those of accelerometers; 1σ of errors that are drawn."""
+    sensors = {
+        "gyro_arw_deg_sqrt_h": 0.6, "gyro_rrw_deg_h_sqrt_h": 6.0, "gyro_instability_deg_h": 12.0,
+        "gyro_correlation_time_s": 100.0, "gyro_bias_sigma_deg_h": 3.0, "gyro_scale_sigma_ppm": 20.0,
+        "gyro_quantum_arcsec": 0.5, "accel_vrw_ug_sqrt_hz": 50.0, "accel_rrw_ug_sqrt_h": 9.0,
+        "accel_instability_ug": 15.0, "accel_correlation_time_s": 200.0, "accel_bias_sigma_ug": 70.0,
+        "accel_scale_sigma_ppm": 80.0, "accel_quantum_mm_s": 2.0,
+    }  # fmt: skip
+    scenario = scenario_of(imu={"grade": "ideal", "rate_hz": 50.0, **sensors})
+    imu = ImuData(5.0 + 0.02 * np.arange(3), np.zeros((2, 3)), np.zeros((2, 3)))
+    start = NavState(0.8, 0.2, 100.0, np.array([1.0, 2.0, 3.0]), np.array([0.5, 0.5, -0.5, 0.5]))
+    numbers = first_message(scenario, WGS84, 7.0, imu, start)
+    per_hour, microg = math.pi / 648_000.0, 9.80665e-6
+    expected = {
+        "epoch_gps_s": 7.0, "time_s": 5.0, "state": [0.8, 0.2, 100.0, 1.0, 2.0, 3.0, 0.5, 0.5, -0.5, 0.5],
+        "state_sigma": [0.0] * 9, "imu_rate_hz": 50.0, "correlation_s": [100.0, 200.0],
+        "quantum": [0.5 * per_hour, 2e-3], "ellipsoid": [6378137.0, 1.0 / 298.257223563, 3.986004418e14, 7.292115e-5],
+        "gravity_equator": 9.7803253359, "gravity_k": 0.00193185265241,
+        "gyro_noise": [0.6 * math.pi / 10_800.0] * 3,
+        "gyro_bias": [3.0 * per_hour] * 3, "gyro_walk": [6.0 * per_hour / 60.0] * 3,
+        "gyro_instability": [12.0 * per_hour] * 3, "gyro_scale": [20e-6] * 3, "accel_noise": [50.0 * microg] * 3,
+        "accel_bias": [70.0 * microg] * 3, "accel_walk": [9.0 * microg / 60.0] * 3,
+        "accel_instability": [15.0 * microg] * 3, "accel_scale": [80e-6] * 3,
+    }  # fmt: skip
+    assert numbers.pop("gravity") == "normal"
+    assert {name: np.ravel(value).tolist() for name, value in numbers.items()} == {
+        name: pytest.approx(np.ravel(value).tolist(), rel=1e-9, abs=0.0) for name, value in expected.items()
+    }
+
+
+def test_what_is_said_of_a_sensor() -> None:
+    """Three values with two 1σ, a lever arm, and names of at most 31 letters."""
+    m = Measurements("gnss-position", np.zeros(1), np.zeros(1), np.zeros((1, 3)), np.ones((1, 2)),
+                     np.array([1.5, -2.5, 3.5]), name="a" * 40)  # fmt: skip
+    opening = Feed(begin(), ImuData(np.arange(2.0), np.zeros((1, 3)), np.zeros((1, 3))), (m,)).opening()
+    about = opening[24 + 528 + 8 :]
+    assert about[:32] == b"a" * 31 + b"\0"
+    assert about[32:64].rstrip(b"\0") == b"gnss-position"
+    assert struct.unpack_from("<3d", about, 64) == (1.5, -2.5, 3.5)
+    assert struct.unpack_from("<II", about, 88) == (3, 2)
+
+
+def test_samples_as_rates() -> None:
+    """Intervals of 20 and 40 ms."""
+    imu = ImuData(np.array([0.0, 0.02, 0.06]), np.full((2, 3), 0.1), np.full((2, 3), 0.4))
+    feed = Feed(begin(), imu, (), rates=True)
+    np.testing.assert_allclose(
+        feed._samples(0, 2, np.empty((2, 8))),
+        [[0.02, 0.02, *[5.0] * 3, *[20.0] * 3], [0.06, 0.04, *[2.5] * 3, *[10.0] * 3]],
+    )
+
+
+def test_what_a_navigator_states_beside_its_state() -> None:
+    rows = np.zeros((2, 27))
+    rows[:, 0], rows[:, 7], rows[:, 11:] = [0.02, 0.04], 1.0, np.arange(1.0, 17.0)
+    stated = solution_of(rows, 0.02 * np.arange(3), np.eye(10)[6], "mine")
+    assert stated.sigma is not None
+    assert stated.biases is not None
+    assert stated.status is not None
+    np.testing.assert_array_equal(stated.sigma, [[np.nan] * 9, *[np.arange(1.0, 10.0)] * 2])
+    np.testing.assert_array_equal(stated.biases, [[np.nan] * 6, *[np.arange(10.0, 16.0)] * 2])
+    np.testing.assert_array_equal(stated.status, [np.nan, 16.0, 16.0])
+
+
+def test_measurements_go_out_as_they_arrive() -> None:
+    """A fix that is valid first arrives last."""
+    m = replace(readings(), time=np.array([1.0, 2.0]), arrival=np.array([5.0, 3.0]))
+    found = foreign_navigator._in_order(m)
+    assert (found.arrival.tolist(), found.time.tolist()) == ([3.0, 5.0], [2.0, 1.0])
+    assert (found.value.ravel().tolist(), found.sigma.ravel().tolist()) == ([102.0, 101.0], [4.0, 3.0])

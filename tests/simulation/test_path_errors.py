@@ -20,12 +20,15 @@ from sinssim.experiments.run.filter_summary import Moment
 from sinssim.formatting import signed
 from sinssim.recording.page import page_of
 from sinssim.scenario import Scenario, load_scenario
+from sinssim.simulation import path_errors as kept
 from sinssim.simulation.path_errors import (
+    Miss,
     PathErrors,
     Piece,
     _reached,
     at_centre,
     containments,
+    corridor_edges,
     ending,
     misses,
     path_errors,
@@ -474,3 +477,92 @@ def test_where_a_flight_has_ended() -> None:
         {"aircraft": "c172x", "start": start, "legs": [{"type": "hold", "duration_s": 9.0}]}
     )
     assert ending(hold, path)["threshold_m"] is None
+
+
+def level_track(level: float, *height: float, bounded: bool = False) -> PlannedTrack:
+    """Return a kilometre on the ellipsoid to the north, from the equator at 9° E."""
+    north = np.linspace(0.0, 1000.0 / 6335439.3273, 2)  # a(1 − e²)
+    return PlannedTrack(north, np.full(2, math.radians(9.0)), np.array(height), level, bounded)
+
+
+def test_lengths_are_at_the_level_of_a_path() -> None:
+    """At 10 km a kilometre on the ground is 1000 · (1 + 10 000/6 335 439) m long."""
+    assert level_track(10_000.0, math.nan, math.nan).length == pytest.approx(1001.578, abs=1e-3)
+
+
+def test_above_a_bounded_path_nothing_is_said_beyond_its_ends() -> None:
+    track = level_track(0.0, 50.0, 80.0, bounded=True)
+    north = np.array([-10.0, 500.0, 1010.0]) / 6335439.3273
+    there = track.beside(north, np.full(3, math.radians(9.0)), np.full(3, 70.0))
+    np.testing.assert_allclose(there.above, [np.nan, 5.0, np.nan], atol=1e-3)
+    np.testing.assert_allclose(there.right, [np.nan, 0.0, np.nan], atol=1e-3)
+
+
+def test_a_great_circle_goes_on_over_the_date_line() -> None:
+    points = great_circle((0.0, math.pi - 1e-3), (0.0, -math.pi + 1e-3))
+    np.testing.assert_allclose(points[[0, -1], 1], [math.pi - 1e-3, math.pi + 1e-3], rtol=1e-12)
+    assert (np.diff(points[:, 1]) > 0.0).all()
+    assert np.diff(points[:, 1]).max() * 6.37e6 < 1000.0
+
+
+def test_a_corridor_has_the_heights_of_the_path() -> None:
+    """0.3 nmi to the left and to the right; where no height is planned, that of the beginning."""
+    legs = [{"type": "hold", "duration_s": 9.0, "rnp": 0.3}, {"type": "hold", "duration_s": 9.0}]
+    start = {"on": "air", "latitude_deg": 0.0, "longitude_deg": 9.0, "altitude_m": 500.0}
+    flight = FlightPlan.model_validate({"aircraft": "c172x", "start": start, "legs": legs})
+    pieces = [
+        Piece(0, 0, 0.0, 9.0, level_track(60.0, 50.0, math.nan)),
+        Piece(1, 0, 9.0, 18.0, level_track(1.0, 2.0, 3.0)),
+    ]
+    left, right = corridor_edges(flight, pieces)
+    for (rnp, latitude, longitude, height), side in ((left, -1.0), (right, 1.0)):
+        assert rnp == 0.3
+        np.testing.assert_allclose(latitude, one.latitude, rtol=1e-12, atol=1e-15)
+        assert (longitude - math.radians(9.0)) * 6378197.0 == pytest.approx(side * 555.6, rel=1e-9)
+        assert height.tolist() == [50.0, 60.0]
+
+
+@pytest.mark.parametrize("guided", [True, False])
+def test_which_errors_an_ensemble_keeps(guided: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A flight by the truth has the total error as technical error, whatever its solution."""
+    nse, fte, tse = (np.tile([10.0 * k + 1.0, 10.0 * k + 2.0, 10.0 * k + 3.0], (2, 1)) for k in (1, 2, 3))
+    errors = PathErrors(np.zeros(2), np.zeros(2, np.intp), nse, fte, tse, tse)
+    monkeypatch.setattr(kept, "pieces_of", lambda *given: [])
+    monkeypatch.setattr(kept, "path_errors", lambda *given: errors)
+    monkeypatch.setattr(kept, "misses", lambda *given: [Miss(2, "B", 0.0, 0.0, 5.0, -7.0, 1.0)])
+    truth: Any = SimpleNamespace(guided=guided or None)
+    found = kept.path_values(plan(), truth, None, np.zeros(2))  # type: ignore[arg-type]
+    assert {name: values.tolist() for name, values in found.items()} == {
+        "tse_m": [31.0] * 2, "nse_m": [11.0] * 2, "fte_m": [21.0 if guided else 31.0] * 2, "tse_vertical_m": [33.0] * 2,
+        "miss_2_m": [-7.0] * 2,
+    }  # fmt: skip
+
+
+def test_the_entry_of_the_guidance(run: sinssim.Run) -> None:
+    """The displacement once a second, at the end, and its largest by leg; the errors of the solution from its own."""
+    part, entry = run.parts["guidance"], run.summary["guidance"]
+    time, values = part.displaced
+    size = np.hypot(values[:, 0], values[:, 1])
+    assert (entry["displacement_max_m"], entry["displacement_end_m"]) == pytest.approx((size.max(), size[-1]))
+    assert np.diff(time)[:-1] == pytest.approx(1.0)
+    begin, error = 0.0, run.errors["quaternion"]
+    assert [leg["leg"] for leg in entry["legs"]] == ["1 hold", "2 waypoint", "3 s_turns"]
+    for leg in entry["legs"]:
+        here = (time >= begin) & (time <= leg["end_s"])
+        assert leg["horizontal_max_m"] == pytest.approx(size[here].max())
+        place = [np.interp(leg["end_s"], time, column) for column in values.T]
+        assert [leg["along_m"], leg["right_m"], leg["up_m"]] == pytest.approx(place)
+        row = int(np.searchsorted(error.time, leg["end_s"] + 1e-9)) - 1
+        assert leg["navigation_error_m"] == pytest.approx(error.horizontal[row], rel=1e-6)
+        begin = leg["end_s"]
+
+
+def test_a_planned_path_is_drawn_at_its_height(run: sinssim.Run, errors: PathErrors) -> None:
+    """5000 m in the holds; the true height where none is planned."""
+    assert isinstance(run.truth, Truth)
+    (planned,) = (path for path in run.parts["planned_path"].paths() if path.name == "planned")
+    true = run.truth.trajectory.state(errors.time).height
+    known = np.isfinite(errors.planned[:, 2])
+    assert planned.height[known] == pytest.approx(5000.0)
+    np.testing.assert_array_equal(planned.height[~known], true[~known])
+    assert np.abs(true[known] - 5000.0).max() > 1e-3

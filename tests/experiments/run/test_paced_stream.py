@@ -50,7 +50,7 @@ from sinssim.experiments.run.stream_packets import (
     streamed,
 )
 from sinssim.logs.solution_score import Judge
-from sinssim.logs.stored_run import RecordedRun
+from sinssim.logs.stored_run import STATE_COLUMNS, RecordedRun
 from sinssim.scenario import filter_model
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.true_motion import true_motion
@@ -749,3 +749,11 @@ def test_what_answers_cannot_guide_is_refused(
 ) -> None:
     assert call("stream", *arguments, "--to", "udp://127.0.0.1:9", "--guide") == 2
     assert message in " ".join(capfd.readouterr().err.split())
+
+
+def test_sigmas_that_are_not_all_known_are_left_out() -> None:
+    numbers = [1.0, *range(2, 12), *[0.5] * 4, math.nan, *[0.0] * 11]
+    columns, faults = columns_of_answers([struct.pack("<HHI27d", 6, 0, 216, *numbers)])
+    assert faults == []
+    assert list(columns) == ["time_s", *STATE_COLUMNS]
+    assert [values[0] for values in columns.values()] == [float(k) for k in range(1, 12)]
