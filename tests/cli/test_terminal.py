@@ -117,3 +117,10 @@ def test_each_stage_has_its_text(monkeypatch) -> None:
     assert places == sorted(places)
     for k, place in enumerate(places):
         assert f" {11 * (k + 1)}%" in last[place : place + 200], texts[k]
+
+
+def test_what_a_plain_terminal_prints() -> None:
+    text = "−5 ± 2 × 10 ÷ 3 √ → ← ≤ ≥ ≈ ≠ ∞ 7° 8′ 9″ µg ∑ m² m³ ‰ … – σ ₂ é"
+    assert text.encode("ascii", "sinssim-plain").decode() == (
+        "-5 +- 2 x 10 / 3 sqrt -> <- <= >= ~ != inf 7deg 8' 9\" ug sum m^2 m^3 permille ... - sigma 2 e"
+    )

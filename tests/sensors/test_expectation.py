@@ -379,3 +379,8 @@ def test_axes_add_in_squares(key: str) -> None:
     squares = {term: float(np.sqrt(sum(one.get(term, 0.0) ** 2 for one in alone))) for term in together}
     assert together == pytest.approx(squares, rel=1e-12)
     assert max(together.values()) > 1.0
+
+
+def test_a_term_has_the_size_of_its_largest_axis() -> None:
+    terms = expect(Imu(grade="ideal", gyro_bias_deg_h=(0.01, -0.03, 0.02)), NORTHERN).terms
+    assert [(term.name, term.value, term.unit) for term in terms] == [("gyro_bias", pytest.approx(0.03), "deg/h")]

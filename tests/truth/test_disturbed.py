@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import cache
 from math import radians
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -180,3 +182,14 @@ def test_the_disturbance_of_a_body_that_spins_between_samples() -> None:
     imu = motion.increments(1.0)
     np.testing.assert_allclose(base.increments(1.0).dvel - imu.dvel, expected, rtol=0, atol=2e-10)
     assert np.abs(expected).max() > 1e-5
+
+
+def test_the_way_along_a_motion() -> None:
+    """At 6 m/s north and 8 m/s east times the time it is 5 t² m."""
+    speed = np.array([6.0, 8.0, 3.0])
+    base: Any = SimpleNamespace(
+        start=2.0, end=12.0, events=(), channels={}, gravity="normal", ellipsoid=WGS84,
+        state=lambda t: SimpleNamespace(velocity_ned=np.outer(t - 2.0, speed)),
+    )  # fmt: skip
+    time, way = Disturbed(base, None)._travelled
+    np.testing.assert_allclose(way, 5.0 * (time - 2.0) ** 2, rtol=1e-12, atol=1e-9)

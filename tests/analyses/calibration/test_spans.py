@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from sinssim.analyses.calibration.calibration_problem import Dwells, between, detected, planned
+from sinssim.analyses.calibration.turntable_calibration import calibrate
 from sinssim.data import ImuData
 from sinssim.errors import InputError
+from sinssim.scenario import load_scenario
 from sinssim.truth.motions.turntable import Turntable
 
 TIME = 2.0 + 0.5 * np.arange(41)  # to 22 s
@@ -79,3 +81,12 @@ def test_dwells_that_are_not_found() -> None:
 
 def test_no_turns() -> None:
     assert Dwells(np.array([[3, 9]])).turns.shape == (0, 2)
+
+
+def test_the_shortest_dwell_needs_three_samples() -> None:
+    settings = ("turntable.dwell_s=1", "turntable.first_dwell_s=100", "imu.rate_hz=2")
+    with pytest.raises(InputError) as error:
+        calibrate(load_scenario("calibration_systematic", settings))
+    assert str(error.value) == (
+        "turntable.dwell_s = 1 is shorter than three samples at imu.rate_hz = 2; give at least 1.5 s."
+    )

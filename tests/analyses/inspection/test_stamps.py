@@ -95,3 +95,9 @@ def test_too_few_times() -> None:
     assert time_findings("gnss", np.array([4.0, 3.0, 3.0])) == [
         wrong("gnss", "No time of gnss follows the preceding one.", "The time column may be wrong.")
     ]
+
+
+def test_98_percent_of_the_intervals() -> None:
+    """Of 101 intervals of 20.00, 20.01 … 21.00 ms 1 % are below 20.01 ms, and 1 % above 20.99 ms."""
+    (found,) = time_findings("imu", np.append(0.0, np.cumsum(0.02 + 1e-5 * np.arange(101.0))))
+    assert "98 % of the intervals last 20.01 to 20.99 ms." in found.text

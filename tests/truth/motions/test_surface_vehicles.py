@@ -344,3 +344,12 @@ def test_same_seed_same_motion_and_another_seed_another() -> None:
     section = drive({"type": "straight", "distance_m": 100.0, "speed_mps": 5.0})
     one, again, other = (curve(section, seed).state(np.array([15.0])) for seed in (1, 1, 2))
     assert one.height[0] == again.height[0] != other.height[0]
+
+
+def test_waves_are_met_by_the_way_along_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A kilometre on a heading of 20° is 766 m along waves towards 60°."""
+    ways: list[np.ndarray] = []
+    monkeypatch.setattr(road_and_waves, "ride", lambda waves, time, ahead, *motion: ways.append(ahead))
+    leg = {"type": "straight", "distance_m": 1000.0, "speed_mps": 10.0}
+    curve(voyage(leg, waves_towards_deg=60.0, heading_deg=20.0, sea_state=2))
+    assert np.ptp(ways[0]) == pytest.approx(1000.0 * np.cos(np.radians(40.0)), rel=0.02)
