@@ -17,6 +17,7 @@ from sinssim.errors import InputError
 from sinssim.exhibits import Exhibits, Sentence, Table
 from sinssim.experiments.ensembles.ensemble_verdicts import estimate
 from sinssim.experiments.run.filter_summary import Moment
+from sinssim.experiments.run.parts.guided_flight import Displaced
 from sinssim.formatting import signed
 from sinssim.recording.page import page_of
 from sinssim.scenario import Scenario, load_scenario
@@ -555,6 +556,10 @@ def test_the_entry_of_the_guidance(run: sinssim.Run) -> None:
         row = int(np.searchsorted(error.time, leg["end_s"] + 1e-9)) - 1
         assert leg["navigation_error_m"] == pytest.approx(error.horizontal[row], rel=1e-6)
         begin = leg["end_s"]
+    nearer = replace(part)
+    vars(nearer)["displaced"] = Displaced(time, values[::-1])  # comes nearer and nearer
+    firsts = np.searchsorted(time, [0.0, *(leg["end_s"] - 1e-9 for leg in entry["legs"][:-1])])
+    assert [leg["horizontal_max_m"] for leg in nearer.numbers()["legs"]] == pytest.approx(size[::-1][firsts])
 
 
 def test_a_planned_path_is_drawn_at_its_height(run: sinssim.Run, errors: PathErrors) -> None:
