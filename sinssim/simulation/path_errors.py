@@ -227,7 +227,8 @@ def check_path(scenario: Scenario, require: Iterable[Requirement | Quantity]) ->
         if scenario.flight is None or not has_path(scenario):
             raise InputError(
                 f"{wanted.text!r} is about a planned path, which the scenario {scenario.name} has not: it needs a "
-                "[flight] with an rnp, or one that follows its navigator ([flight.guidance])."
+                "[flight] along waypoints, turns or constant headings with an rnp, or one that follows its navigator "
+                "([flight.guidance])."
             )
         if wanted.place:
             path_column(scenario.flight, wanted)

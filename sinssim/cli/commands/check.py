@@ -107,6 +107,10 @@ def _check_simulation(plan: Scenario, as_json: bool) -> None:
 
         check_programs(plan, to_start=False)
     check_limits(plan)
+    if plan.flight is not None:
+        from sinssim.truth.flight.jsbsim_model import check_fuel
+
+        check_fuel(plan.flight)
     resolved, about_filter = plan, list[str]()
     if plan.filter is not None:
         from sinssim.scenario import filter_model as filter_states

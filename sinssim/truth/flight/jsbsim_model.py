@@ -102,31 +102,46 @@ def loaded_model(name: str, aircraft: Aircraft, folder: str, fuel: float | None 
     root = Path(jsbsim.get_default_root_dir())
     shutil.copytree(model, Path(folder) / model.name)
     definition = Path(folder) / model.name / f"{model.name}.xml"
-    try:
-        tree = ElementTree.parse(user_file(definition))
-    except ElementTree.ParseError as error:
-        raise InputError(f"{model / definition.name} is not XML: {error}.") from error
+    root_element = _changed_model(model, aircraft)
     for tag in ("input", "output"):
-        for element in tree.getroot().findall(tag):
-            tree.getroot().remove(element)
-    for path, text in aircraft.model_changes.items():
-        elements = tree.getroot().findall(path)
-        if not elements:
-            raise InputError(f"model_changes of {model.name}: {model.name}.xml has no element {path!r}.")
-        for element in elements:
-            element.text = text
-            if not text:
-                parent = next(parent for parent in tree.getroot().iter() if element in parent)
-                parent.remove(element)
+        for element in root_element.findall(tag):
+            root_element.remove(element)
     if fuel is not None:
-        _fill(tree.getroot().findall("propulsion/tank"), fuel, model.name)
-    tree.write(definition, encoding="utf-8", xml_declaration=True)
+        _fill(root_element.findall("propulsion/tank"), fuel, model.name)
+    ElementTree.ElementTree(root_element).write(definition, encoding="utf-8", xml_declaration=True)
     executive = jsbsim.FGFDMExec(str(root))
     executive.set_debug_level(0)
     if not executive.load_model_with_paths(model.name, folder, str(root / "engine"), str(root / "systems")):
         raise InputError(f"JSBSim cannot load the model {model}.")
     executive.set_dt(STEP)
     return executive
+
+
+def _changed_model(model: Path, aircraft: Aircraft) -> ElementTree.Element:
+    """Return the definition of a model in its folder, with an aircraft's changes."""
+    try:
+        root = ElementTree.parse(user_file(model / f"{model.name}.xml")).getroot()
+    except ElementTree.ParseError as error:
+        raise InputError(f"{model / model.name}.xml is not XML: {error}.") from error
+    for path, text in aircraft.model_changes.items():
+        elements = root.findall(path)
+        if not elements:
+            raise InputError(f"model_changes of {model.name}: {model.name}.xml has no element {path!r}.")
+        for element in elements:
+            element.text = text
+            if not text:
+                parent = next(parent for parent in root.iter() if element in parent)
+                parent.remove(element)
+    return root
+
+
+def check_fuel(flight: FlightPlan) -> None:
+    """Raise InputError if the tanks of the aircraft hold less fuel than a plan begins with."""
+    if flight.start.fuel_kg is not None:
+        aircraft = load_aircraft(flight.aircraft)
+        model = model_folder(flight.aircraft, aircraft.jsbsim_model)
+        tanks = _changed_model(model, aircraft).findall("propulsion/tank")
+        _fill(tanks, flight.start.fuel_kg, model.name)
 
 
 def _fill(tanks: list[ElementTree.Element], fuel: float, model: str) -> None:

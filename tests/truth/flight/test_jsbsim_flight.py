@@ -19,7 +19,9 @@ from sinssim.truth.flight import jsbsim_simulation
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.flight_log import FlightLog, flight_log
 from sinssim.truth.flight.flight_plan import FlightPlan
+from sinssim.truth.flight.jsbsim_model import check_fuel
 from sinssim.truth.flight.jsbsim_simulation import fly_plan
+from tests.cli.test_cli import call
 
 Array = NDArray[np.float64]
 
@@ -524,6 +526,28 @@ def test_model_that_is_not_xml_is_named(tmp_path: Path) -> None:
     (tmp_path / "wild" / "broken" / "broken.xml").write_text('<fdm_config name="broken">\n')
     with pytest.raises(InputError, match=r"broken\.xml is not XML: no element found: line 2"):
         fly_plan(plan(name, {"type": "hold", "duration_s": 1.0}))
+
+
+def test_fuel_beyond_the_tanks_is_refused_before_the_flight(capsys: pytest.CaptureFixture[str]) -> None:
+    """The tanks of the 737's model hold 10 200, 10 200 and 15 000 lb, 0.45359237 kg each."""
+    start = {"on": "air", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 6000.0}
+    leg = {"type": "hold", "duration_s": 1.0}
+    check_fuel(plan("737", leg, start={**start, "fuel_kg": 35400.0 * 0.45359237}))
+    check_fuel(plan("737", leg))
+    with pytest.raises(InputError, match=r"fuel_kg = 16058: the tanks of the model 737 hold 16057 kg\."):
+        check_fuel(plan("737", leg, start={**start, "fuel_kg": 16058.0}))
+    assert call("check", "first_flight", "--set", "flight.start.fuel_kg=16058") == 2
+    assert "the tanks of the model 737 hold 16057 kg." in " ".join(capsys.readouterr().err.split())
+
+
+def test_the_fuel_of_the_model_may_be_written_out() -> None:
+    """The tanks of the Cessna's model are full: 130 lb each. With less fuel it flies another way."""
+    start = {"on": "air", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 1000.0, "airspeed_kt": 100.0}
+    records = [
+        fly_plan(plan("c172x", {"type": "hold", "duration_s": 2.0}, start={**start, **fuel})).poses
+        for fuel in ({}, {"fuel_kg": 260.0 * 0.45359237}, {"fuel_kg": 60.0})
+    ]
+    assert records[0] == records[1] != records[2]
 
 
 def test_flight_that_is_over_at_once_is_refused() -> None:
