@@ -147,6 +147,7 @@ def single(function: Any) -> Any:
     plain = function.py_func
     tree = _Rounded().visit(ast.parse(textwrap.dedent(inspect.getsource(plain))))
     tree.body[0].decorator_list = []
+    ast.increment_lineno(tree, plain.__code__.co_firstlineno - 1)  # numba quotes the source from these lines
     scope = {**plain.__globals__, "single_k": single_k}
     for name in plain.__code__.co_names:
         if hasattr(scope.get(name), "py_func"):

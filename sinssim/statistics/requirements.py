@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from sinssim.charts import Limit
@@ -71,7 +71,7 @@ class Requirement:
     text: str  # as it was written
     quantity: str  # one of `QUANTITIES`
     when: When  # "at" a time, at the "end", or throughout the "run"
-    time: float  # the time for "at", s since the start; NaN for the others
+    time: float = field(compare=False)  # the time for "at", s since the start; NaN, unlike itself, for the others
     limit: float  # largest allowed value, SI
     unit: str  # unit as it was written
     place: str = ""  # waypoint of a miss: "waypoint 3", or its name
