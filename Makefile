@@ -76,13 +76,21 @@ site: $(READY)
 
 # Another version is a number here, and its checksums in the file.
 UPLOT := uplot@1.6.32
+ATLAS := world-atlas@2.0.2
+ATLAS_SUM := 04342cdc1e3016bcd7db1630de95684d67b79fe3c8c460321e87aef469502394
 OTHERS := sinssim/recording/interactive
-third-party:
+third-party: $(READY)
 	@fetched=$$(mktemp -d) && trap 'rm -rf "$$fetched"' EXIT \
 	  && npm pack --silent --pack-destination "$$fetched" $(UPLOT) > /dev/null && tar -xzf "$$fetched"/uplot-*.tgz -C "$$fetched" \
 	  && cp "$$fetched"/package/dist/uPlot.iife.min.js "$$fetched"/package/dist/uPlot.min.css $(OTHERS) \
 	  && cp "$$fetched"/package/LICENSE $(OTHERS)/uPlot.LICENSE
 	@cd $(OTHERS) && sha256sum --check third_party.sha256
+	@fetched=$$(mktemp -d) && trap 'rm -rf "$$fetched"' EXIT \
+	  && npm pack --silent --pack-destination "$$fetched" $(ATLAS) > /dev/null \
+	  && tar -xzf "$$fetched"/world-atlas-*.tgz -C "$$fetched" \
+	  && echo "$(ATLAS_SUM)  $$fetched/package/countries-50m.json" | sha256sum --check \
+	  && cp "$$fetched"/package/LICENSE sinssim/earth/coastlines.LICENSE \
+	  && $(BIN)/python docs/coastlines.py "$$fetched"/package/countries-50m.json
 
 setup: $(STUDIES)
 

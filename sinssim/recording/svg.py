@@ -272,6 +272,8 @@ WIDTHS = {"broad": 8.0, "wide": 4.5, "bold": 2.4, "line": 1.5, "thin": 1.07, "ha
 DASHES = {"": "", "--": "6 4", ":": "1.5 3", "-.": "7 3 1.5 3"}
 MOST_DOTS = 1500
 """Approximate number of dots of a mark that are drawn."""
+_MANY = 50
+"""Pieces of a line, such as coasts, from which they are one element."""
 _SHAPES = {"s": "M-3-3h6v6h-6z", "^": "M0-4l4 7h-8z", "D": "M0-4l4 4l-4 4l-4-4z", "v": "M0 4l4-7h-8z",
            "P": "M-1.5-4h3v2.5h2.5v3h-2.5v2.5h-3v-2.5h-2.5v-3h2.5z", "*": "M0-5l1.4 3.4 3.6.3-2.8 2.3.9 3.6-3.1-2-3.1 "
            "2 .9-3.6-2.8-2.3 3.6-.3z"}  # fmt: skip
@@ -346,7 +348,14 @@ def marks_of(chart: Chart, x: PixelScale, y: PixelScale) -> tuple[list[str], lis
 
 def _line(mark: Line, color: str, x: PixelScale, y: PixelScale, *, timed: bool) -> Iterator[str]:
     """Yield the pieces of a line between its gaps and jumps; of one over time, what its columns of pixels show."""
-    for at, values in pieces(mark):
+    parts = list(pieces(mark))
+    if len(parts) > _MANY and not mark.marker:
+        strokes = "".join(f"M{points(np.asarray(x(at)), np.asarray(y(values)))}" for at, values in parts)
+        look = f'stroke="{color}" stroke-width="{WIDTHS[mark.weight]:.3g}"'
+        dashed = f' stroke-dasharray="{DASHES[mark.dash]}"' if mark.dash else ""
+        yield f'<path d="{strokes}" fill="none" {look} stroke-linejoin="round"{dashed}/>'
+        return
+    for at, values in parts:
         columns = max(2, round(abs(float(x(at[-1]) - x(at[0])))))
         long = not (x.log or mark.marker) and len(at) > 2 * columns
         if long and (timed or bool(np.all(np.diff(at) > 0.0))):

@@ -49,7 +49,7 @@ def test_the_map_of_a_plan() -> None:
     place = ("lake", LAT + 300.0 / M, LON - 1500.0 / (N * cos(LAT)))
     figure = drawn(path(), [place])
     axes = figure.axes[0]
-    track, lake = axes.lines[-2:]
+    track, lake = axes.lines[-4:-2]  # below the two scales
     np.testing.assert_allclose(track.get_xdata()[[0, -1]], [-2.0, 2.0], atol=5e-4)  # the meridians converge
     np.testing.assert_allclose(track.get_ydata()[[0, -1]], [-1.0, 1.0], atol=5e-4)
     np.testing.assert_allclose(lake.get_xydata()[0], [-1.5, 0.3], atol=1e-3)

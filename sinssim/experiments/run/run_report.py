@@ -23,10 +23,11 @@ from sinssim.experiments.run.error_exhibits import (
 )
 from sinssim.experiments.run.filter_exhibits import filter_exhibits
 from sinssim.experiments.run.filter_summary import moments, places_of, sentences
-from sinssim.experiments.run.motion_exhibits import Track, motion_exhibits, motion_facts, motion_map, solution_tracks
+from sinssim.experiments.run.motion_exhibits import motion_exhibits, motion_facts, motion_map, solution_tracks
 from sinssim.experiments.run.navigation_scheme import axes_exhibits, scheme, scheme_words
 from sinssim.experiments.run.parts.recorded_sensors import after_filter, recorded_errors
 from sinssim.experiments.run.sensor_exhibits import SensorComparison, sensor_comparisons, sensor_errors
+from sinssim.experiments.run.track_map import Track
 from sinssim.formatting import number_text
 from sinssim.recording.result import flagged_words, processor
 from sinssim.recording.style import as_seen

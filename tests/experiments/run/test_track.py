@@ -11,7 +11,8 @@ import pytest
 
 from sinssim.data import NavSolution, NavState
 from sinssim.earth import WGS84, geodetic_to_ecef
-from sinssim.experiments.run.motion_exhibits import Projection, Track, degrees, track_map
+from sinssim.experiments.run.track_map import Projection, Track, _outlines, degrees, track_map
+from sinssim.recording import style
 from sinssim.recording.svg_chart import html_of
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -115,6 +116,39 @@ def test_angles_with_their_sides(value, signs, places, text):
     assert degrees(value, signs, places) == text
 
 
+@pytest.mark.parametrize(
+    ("place", "latitude", "longitude", "border"),
+    [("Dover", 51.13, 1.33, False), ("Land's End", 50.07, -5.71, False), ("Cape of Good Hope", -34.36, 18.47, False),
+     ("Nordkapp", 71.17, 25.78, False), ("Germany, Poland, Czechia", 50.87, 14.82, True),
+     ("Lake Constance by the Rhine", 47.5, 9.55, True)],
+)  # fmt: skip
+def test_coasts_and_borders_are_where_they_are(place, latitude, longitude, border):
+    """To the 1:50 million of the drawing, 0.2 mm of which are 10 km."""
+    lat, lon, borders = _outlines()
+    lat, lon = lat[borders == border], lon[borders == border]
+    away = np.hypot(lat - np.radians(latitude), (lon - np.radians(longitude)) * np.cos(np.radians(latitude)))
+    assert 6371.0 * np.nanmin(away) < 10.0
+
+
+def test_the_map_has_the_world_behind_it_and_scales():
+    """A degree along the equator is 111.32 km; the coast of Gabon lies beside it."""
+    time = np.arange(101.0)
+    svg = draw_map(time, state(np.zeros(101), 8.5 + 0.01 * time), {}, ["#009e73"], WGS84)
+    lines = [np.array([pair.split(",") for pair in line.get("points").split()], dtype=float)
+             for line in ET.fromstring(svg).find(f"{SVG}svg").findall(f"{SVG}polyline")]  # fmt: skip
+    track, *scales = lines[-3:]
+    degree = np.ptp(track[:, 0])
+    texts = [name for name in names(svg) if name.endswith((" km", "nmi"))]
+    for scale, text, km in zip(scales, texts, (1.0, 1.852), strict=True):
+        assert np.ptp(scale[:, 0]) / degree == pytest.approx(km * float(text.split()[0]) / 111.32, abs=0.01)
+    sea = draw_map(time, state(np.full(101, -45.0), -130.0 + 0.01 * time), {}, ["#009e73"], WGS84)
+    coasts = [
+        [line for line in ET.fromstring(drawn).find(f"{SVG}svg") if line.get("stroke") == style.SOFT]
+        for drawn in (svg, sea)
+    ]
+    assert (len(coasts[0]) > 0, len(coasts[1])) == (True, 0)
+
+
 def test_the_map_says_whose_track_is_which():
     time = np.arange(101.0)
     truth = state(np.full(101, 10.0), 0.04 * time)
@@ -125,7 +159,7 @@ def test_the_map_says_whose_track_is_which():
     assert [name for name in names(svg) if name in ("truth", "euler", "poisson")] == ["truth", "euler", "poisson"]
     drawing = ET.fromstring(svg)
     beside = drawing.findall(f"{SVG}polyline")
-    on_the_map = drawing.find(f"{SVG}svg").findall(f"{SVG}polyline")[-3:]
+    on_the_map = drawing.find(f"{SVG}svg").findall(f"{SVG}polyline")[-5:-2]  # below the two scales
     for look in ("stroke", "stroke-width", "stroke-dasharray"):
         assert [line.get(look) for line in beside] == [line.get(look) for line in on_the_map]
 

@@ -10,10 +10,10 @@ import pytest
 
 from sinssim.charts import Dots, Line, Remark
 from sinssim.exhibits import Column, Sentence, Table
-from sinssim.experiments.run import motion_exhibits, sensor_exhibits
+from sinssim.experiments.run import motion_exhibits, sensor_exhibits, track_map
 from sinssim.experiments.run import run_report as report
-from sinssim.experiments.run.motion_exhibits import Track
 from sinssim.experiments.run.sensor_exhibits import platform_errors
+from sinssim.experiments.run.track_map import Track
 from sinssim.recording.page import page_of
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu.imu import Imu
@@ -189,7 +189,7 @@ def test_the_source_of_the_true_motion(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_names_on_a_map_do_not_meet() -> None:
     """Twenty letters are 160 px: the name at the right edge has no choice, and the one before it gives way."""
-    sides = motion_exhibits._sides
+    sides = track_map._sides
     assert sides([(20, 250.0, 100.0), (20, 480.0, 102.0)]) == [True, True]
     assert sides([(20, 250.0, 100.0), (20, 480.0, 130.0)]) == [False, True]
     assert sides([(20, 100.0, 100.0), (20, 480.0, 102.0)]) == [False, True]
@@ -199,10 +199,10 @@ def test_names_on_a_map_do_not_meet() -> None:
 def test_waypoints_on_a_map() -> None:
     """Names to the right of their diamonds, near the right edge to the left; none outside of the map."""
     projection: Any = SimpleNamespace(plane=lambda latitude, longitude: (latitude, longitude))
-    frame = motion_exhibits._Frame(1.0, 0.0, 420.0)  # 488 px and 420 px from 0, 0
+    frame = track_map._Frame(1.0, 0.0, 420.0)  # 488 px and 420 px from 0, 0
     places = [("ALPHA", 40.0, 60.0), ("BRAVO", 450.0, 200.0), ("CHARLIE", 489.0, 50.0), ("DELTA", 30.0, -1.0),
               ("E", 470.0, 20.0)]  # fmt: skip
-    drawn = list(motion_exhibits._waypoints(places, projection, frame))
+    drawn = list(track_map._waypoints(places, projection, frame))
     names = [mark for mark in drawn if isinstance(mark, Remark)]
     assert [(name.text, name.x, name.y, name.left, name.below) for name in names] == [
         ("ALPHA", 40.0, 60.0, False, True), ("BRAVO", 450.0, 200.0, True, True), ("E", 470.0, 20.0, False, True),
@@ -256,13 +256,11 @@ def test_residual_errors_of_single_sensors(monkeypatch: pytest.MonkeyPatch) -> N
 def test_instants_on_a_map(monkeypatch: pytest.MonkeyPatch) -> None:
     """Dots at the start, each 100 s and the end; a text is to the left within 50 pixels of the right edge."""
     projection: Any = SimpleNamespace(plane=lambda latitude, longitude: (latitude, longitude))
-    frame = motion_exhibits._Frame(1.0, -100.0, 420.0)  # 488 px and 420 px
+    frame = track_map._Frame(1.0, -100.0, 420.0)  # 488 px and 420 px
     time = np.arange(20.0, 321.0, 10.0)
     track = Track("truth", time, 1.2 * (time - 20.0), np.full(31, 60.0))
-    monkeypatch.setattr(
-        motion_exhibits, "time_ticks", lambda start, end: (np.array([0.0, 1.0, 2.0, 3.0]), 1.0, "hs", 100.0)
-    )
-    drawn = list(motion_exhibits._instants(track, projection, frame))
+    monkeypatch.setattr(track_map, "time_ticks", lambda start, end: (np.array([0.0, 1.0, 2.0, 3.0]), 1.0, "hs", 100.0))
+    drawn = list(track_map._instants(track, projection, frame))
     ends, between = (mark for mark in drawn if isinstance(mark, Dots))
     assert (ends.x.tolist(), ends.size) == ([0.0, 360.0], 6.75)
     np.testing.assert_allclose(between.x, [96.0, 216.0, 336.0])
@@ -271,6 +269,6 @@ def test_instants_on_a_map(monkeypatch: pytest.MonkeyPatch) -> None:
         ("start", 0.0, False), ("end", 360.0, True), ("1 hs", 96.0, False), ("2", 216.0, False),
     ]  # fmt: skip
     still = Track("truth", time, np.linspace(5.0, 20.0, 31), np.full(31, 60.0))
-    (dot,) = motion_exhibits._instants(still, projection, frame)
+    (dot,) = track_map._instants(still, projection, frame)
     assert isinstance(dot, Dots)
     assert (dot.x.tolist(), dot.size) == ([5.0], 6.75)

@@ -17,9 +17,9 @@ from sinssim.data import Array, NavSolution, NavState
 from sinssim.exhibits import Column, Item, Medium, Sentence, Table
 from sinssim.experiments.run.filter_exhibits import marks_of
 from sinssim.experiments.run.filter_summary import Moment, detections, moments, places_of
-from sinssim.experiments.run.motion_exhibits import NOTE, Track, track_map
 from sinssim.experiments.run.parts.phases import phases_of
 from sinssim.experiments.run.run_result import DrawnPath, Part
+from sinssim.experiments.run.track_map import NOTE, Track, track_map
 from sinssim.formatting import listed, number_text, signed
 from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import thinned

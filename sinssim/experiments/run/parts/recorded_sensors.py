@@ -24,8 +24,6 @@ from sinssim.experiments.run.error_exhibits import (
 )
 from sinssim.experiments.run.filter_exhibits import THREE, mark_at
 from sinssim.experiments.run.motion_exhibits import (
-    NOTE,
-    Track,
     between_text,
     distance_text,
     facts_table,
@@ -33,10 +31,10 @@ from sinssim.experiments.run.motion_exhibits import (
     mark_of_many,
     motion_charts,
     place_text,
-    track_map,
 )
 from sinssim.experiments.run.run_result import Part
 from sinssim.experiments.run.sensor_exhibits import recorded_readings
+from sinssim.experiments.run.track_map import NOTE, Track, track_map
 from sinssim.recording import style
 from sinssim.recording.style import thinned
 from sinssim.simulation.navigation_stage import Navigated
