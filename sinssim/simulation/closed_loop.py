@@ -203,7 +203,10 @@ def solution_errors(scenario: Scenario, path: Trajectory) -> SolutionErrors:
     sensed = sense(scenario, truth)
     time = np.arange(0.0, path.end - path.start, 1.0 / guidance.rate_hz)
     if guidance.source in scenario.solution_names:
-        solution = navigate(by_one(scenario, guidance.source), sensed).solutions[guidance.source]
+        try:
+            solution = navigate(by_one(scenario, guidance.source), sensed).solutions[guidance.source]
+        except RunError as error:
+            raise RunError(f"the flight cannot follow {guidance.source}: {error}", time=error.time) from error
     else:  # nothing is smoothed or diagnosed here
         from sinssim.simulation.aided_run import aid_run
 
