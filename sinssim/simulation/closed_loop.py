@@ -28,7 +28,7 @@ from sinssim.scenario.true_motion import mounting, true_motion
 from sinssim.sensors.aiding.air_data import Airspeed, Barometer
 from sinssim.sensors.aiding_sensor import Vehicle
 from sinssim.simulation.navigation_stage import by_one, first_state, navigate
-from sinssim.simulation.truth_and_sensors import Sensed, Truth, sense, truth_along
+from sinssim.simulation.truth_and_sensors import Sensed, sense, truth_along
 from sinssim.truth.flight.flight_process import SectionedFlight
 from sinssim.truth.flight.guidance import TRUTH, AirData, Guided, SolutionErrors, finite_rows
 
@@ -214,14 +214,12 @@ def solution_errors(scenario: Scenario, path: Trajectory) -> SolutionErrors:
         assert errors is not None  # those of simulated sensors are known
         aided = aid_run(scenario, path, sensed.imu, start, errors, monitored=monitored, history=False)
         solution = aided.estimate.solution
-    values = finite_rows(_errors_at(scenario, sensed, solution, time))
+    values = finite_rows(_errors_at(scenario, path, sensed, solution, time))
     return SolutionErrors(guidance, values, **_readings(scenario, path))
 
 
-def _errors_at(scenario: Scenario, sensed: Sensed, solution: NavSolution, time: Array) -> Array:
+def _errors_at(scenario: Scenario, path: Trajectory, sensed: Sensed, solution: NavSolution, time: Array) -> Array:
     """Return the errors of a solution at some instants since the start, (K, 12); zero before it begins."""
-    assert isinstance(sensed.truth, Truth)
-    path = sensed.truth.trajectory
     rows = np.searchsorted(solution.time, path.start + time + 1e-9, side="right") - 1  # the last row before
     begun = rows >= 0  # before it navigates, the true motion guides
     rows = np.maximum(rows, 0)
@@ -259,15 +257,16 @@ class LiveFlight:
         """
         self._known += max(_STEP, _STEP_SHARE * self._known)
         self.log, self.over = self._flying.fly(self._known + _MARGIN, self._errors)
-        path = true_motion(self.scenario, errors=self.log)
-        self._sensed = sense(self.scenario, truth_along(path, self.scenario))
-        return self._sensed, path.end if self.over else self._known
+        self._path = true_motion(self.scenario, errors=self.log)
+        self._sensed = sense(self.scenario, truth_along(self._path, self.scenario))
+        return self._sensed, self._path.end if self.over else self._known
 
     def believe(self, solution: NavSolution) -> None:
         """Let the next steps see the errors of the last row of a solution, at an instant that has been flown."""
         guidance, last = self._errors.guidance, float(solution.time[-1])
         time = np.array([last - 1.0 / guidance.rate_hz, last])
-        self._errors = SolutionErrors(guidance, _errors_at(self.scenario, self._sensed, solution, time)[-1:])
+        values = _errors_at(self.scenario, self._path, self._sensed, solution, time)[-1:]
+        self._errors = SolutionErrors(guidance, values)
 
 
 def air_sensors(scenario: Scenario) -> dict[str, Airspeed | Barometer]:
