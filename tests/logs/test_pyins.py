@@ -18,7 +18,7 @@ from sinssim.logs.formats.run_export import export
 from sinssim.logs.gps_time import parse_date
 from sinssim.logs.solution_score import Judge
 from sinssim.logs.stored_run import RecordedRun
-from sinssim.scenario import load_scenario
+from sinssim.scenario import Scenario, load_scenario
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "your-navigator.md").read_text(encoding="utf-8")
@@ -91,6 +91,34 @@ def test_within_a_run_it_has_the_figures_of_the_page(tmp_path: Path, monkeypatch
         assert errors["max_height_error_m"] == pytest.approx(height, rel=3e-4)
         assert errors["max_velocity_error_mps"] == pytest.approx(velocity, rel=3e-4)
         assert errors["max_attitude_error_arcsec"] / 3600.0 == pytest.approx(attitude, rel=3e-4)
+
+
+@pytest.mark.slow
+def test_within_a_run_its_filter_has_the_figures_of_the_airliner(monkeypatch: pytest.MonkeyPatch) -> None:
+    """20 min of `aided_airliner` with fixes, and 5 min without, as in tests/estimation/test_pyins_filter.py; the truth
+    has pyins' gravity. The page has three digits, of increments that were changed by the difference of gravity."""
+    pytest.importorskip("pyins")
+    monkeypatch.setenv("SINSSIM_PROGRAMS", "allow")
+    program = str(DOCS / "programs" / "pyins_navigator.py")
+    contents = load_scenario("aided_airliner").contents()
+    del contents["aiding"]["baro"]
+    contents["aiding"]["gnss"].update(latency_s=0.0, height_sigma_m=1.5, lever_arm_m=[0.0, 0.0, 0.0])
+    contents["navigation"].update(vertical="free", gravity="somigliana")
+    contents["truth"]["gravity"] = "somigliana"
+    contents["filter"].update(smooth=False, gate=1e-12)
+    contents["flight"]["legs"] = [*contents["flight"]["legs"][:5], {"type": "hold", "until_s": 1510.0}]
+    command = [sys.executable, program, "model", "5", "5"]  # seconds of arc, those of the grade
+    contents["navigator"] = [{"name": "pyins", "command": command, "inputs": ["imu", "gnss"], "timeout_s": 900.0}]
+    found = run(Scenario.model_validate(contents))
+    seconds = np.arange(1.0, 1500.0)
+    rows = np.searchsorted(found.solutions["pyins"].time, seconds - 1e-6)
+    errors = found.errors["pyins"]
+    aided, outage = rows[(seconds > 60.0) & (seconds <= 1200.0)], rows[seconds > 1200.0]
+    line, *_ = re.findall(r"filter of pyins without changes \| (.*?)\|", (DOCS / "programs-compared.md").read_text())
+    position, velocity, without = map(float, re.findall(r"pyins ([\d.]+) m", line))
+    for values, of_page in ((errors.position_ned[aided], position), (1e3 * errors.velocity_ned[aided], velocity),
+                            (errors.position_ned[outage], without)):  # fmt: skip
+        assert np.sqrt(np.mean(np.square(values))) == pytest.approx(of_page, rel=3e-3)
 
 
 @pytest.mark.filterwarnings("ignore:The copy keyword")
