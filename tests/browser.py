@@ -85,9 +85,14 @@ class Page:
     def open(self, address: str, until: str = "") -> None:
         """Load an address, and wait until an expression of its page is true."""
         self._ask("Page.navigate", url=address)
+        if until:
+            self.until(f"document.readyState === 'complete' && Boolean({until})")
+
+    def until(self, expression: str) -> None:
+        """Wait until an expression of the page is true."""
         deadline = time.monotonic() + 60.0
-        while until and not self.value(f"document.readyState === 'complete' && Boolean({until})"):
-            assert time.monotonic() < deadline, until
+        while not self.value(f"Boolean({expression})"):
+            assert time.monotonic() < deadline, expression
             self.wait(0.05)
 
     def value(self, expression: str) -> Any:

@@ -15,7 +15,7 @@ import numpy as np
 from sinssim import units
 from sinssim.charts import Axis, Band, Chart, Charts, Cloud, Dots, Histogram, Line, Mark, Rule, in_rows
 from sinssim.data import Array
-from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verbatim, definitions
+from sinssim.exhibits import Column, Exhibits, Interactive, Item, Section, Sentence, Table, Verbatim, definitions
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, VECTORS
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
 from sinssim.experiments.ensembles.ensemble_statistics import (
@@ -51,6 +51,8 @@ _DOTS = 5000
 """Most runs drawn as dots."""
 _FRAMES, _MOVING = 200, 2000
 """Most instants and runs of the moving cloud of positions."""
+_TOUCHED = (120, 500)
+"""Most instants and runs that a page shows one by one."""
 _LIMIT_SHOWN = 3.0
 """The limit of the regulation is drawn if it is less than this multiple of the largest value."""
 _MOST_FAILURES, _MOST_REASONS = 50, 5
@@ -87,6 +89,7 @@ def exhibits_of(result: EnsembleResult, numbers: EnsembleNumbers, predicted: Arr
             _headline(numbers, scales[0]), Sentence(regulation(numbers.part_121)),
             _overview(result, scales[0]), _rates(result),
         ]),
+        Section("Each run", [Interactive("each_run", lambda: _each_run(result))], on=("page",)),
         *(Sentence(line, on=("console",)) for line in requirement_lines(result)),
         Section("Errors by component", [_components(result, scales, predicted), _component_table(numbers, scales)],
                 on=("page",)),
@@ -328,6 +331,21 @@ def _cloud(result: EnsembleResult, scale: Scale) -> Cloud:
     return Cloud(
         key="cloud", time=result.elapsed[rows], x=east, y=north, units=scale, names=("east", "north"), circles=circles
     )
+
+
+def _each_run(result: EnsembleResult) -> tuple[dict[str, Any], list[Array]]:
+    """Return what a page needs to show single runs: words, then the times, the circles, and the errors by run."""
+    rows = thinned(len(result.time), _TOUCHED[0])
+    runs = np.flatnonzero(~result.failed)[: _TOUCHED[1]]
+    numbers = [int(number) for number in result.errors.number[runs]]
+    plain = {
+        "runs": numbers, "seeds": [str(result.errors.seed[run]) for run in runs], "all": len(result),
+        "commands": [result.command(number, scenario="scenario.toml") for number in numbers],
+        "radii": [[float(v) if np.isfinite(v) else None for v in circle.value[rows]]
+                  for circle in (result.cep, result.r95)],
+    }  # fmt: skip
+    north, east = (_taken(result, name, runs, rows) for name in COMPONENTS[:2])
+    return plain, [result.elapsed[rows], *north, *east]
 
 
 def _taken(result: EnsembleResult, name: str, runs: RowNumbers, rows: RowNumbers) -> Array:

@@ -264,6 +264,19 @@ const live = (() => {
     return body;
   }
 
+  // A copy of the page's chart with a key, for a part of the page that changes its curves; null if there is none.
+  function copy(key, change) {
+    const original = [...document.querySelectorAll("figure.live")].find(one => JSON.parse(one.dataset.chart).key === key);
+    if (!original) return null;
+    const figure = original.cloneNode(true), chart = JSON.parse(original.dataset.chart);
+    figure.querySelector(".curves")?.remove();
+    figure.classList.remove("drawn");
+    for (const name of ["style", "tabindex", "data-begun"]) figure.removeAttribute(name);
+    change(chart);
+    figure.dataset.chart = JSON.stringify(chart);
+    return figure;
+  }
+
   // The ends of a chart's horizontal axis that are to be seen.
   const ends = chart => chart.timed && part ? part.map(t => t / chart.x.size) : chart.own || chart.x.ends;
 
@@ -416,5 +429,5 @@ const live = (() => {
     });
   }
   document.addEventListener("DOMContentLoaded", begin);
-  return Object.assign(shared, {css, ends, show, point, visit, events, above, cursor, resolution, unpack});
+  return Object.assign(shared, {css, ends, show, point, visit, events, above, copy, cursor, between, resolution, unpack});
 })();

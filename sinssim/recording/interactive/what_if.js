@@ -328,18 +328,15 @@
 
   // A copy of one of the page's charts, with the curves as computed beside those that follow the sliders.
   function copyOf(view, key) {
-    const figure = [...document.querySelectorAll("figure.live")].find(one => JSON.parse(one.dataset.chart).key === key);
+    const figure = live.copy(key, chart => {
+      chart.key = `what if ${key}`;
+      chart.curves.push(...chart.curves.map(
+        curve => ({...curve, name: `${curve.name.split(":")[0]} as computed`, width: 1, dash: [4, 3]})));
+      for (const rule of chart.rules) rule.name = rule.name.replace(/: (met|not met)( \(above the plot\))?$/, "");
+    });
     if (!figure) return;
-    const copy = figure.cloneNode(true), chart = JSON.parse(figure.dataset.chart);
-    copy.querySelector(".curves")?.remove();
-    copy.classList.remove("drawn");
-    copy.removeAttribute("style");
-    chart.key = `what if ${key}`;
-    chart.curves.push(...chart.curves.map(curve => ({...curve, name: `${curve.name.split(":")[0]} as computed`, width: 1, dash: [4, 3]})));
-    for (const rule of chart.rules) rule.name = rule.name.replace(/: (met|not met)( \(above the plot\))?$/, "");
-    copy.dataset.chart = JSON.stringify(chart);
-    add(view.place, "div", "", {class: "charts"}).append(copy);
-    live.add(copy);
+    add(view.place, "div", "", {class: "charts"}).append(figure);
+    live.add(figure);
   }
 
   live.draws.push(chart => {

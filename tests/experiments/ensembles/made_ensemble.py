@@ -62,7 +62,8 @@ class Result:
         self.failures = {2: "it <fell> over."}
         final = np.zeros((5, 9))
         final[:, 0], final[:, 1] = NORTH[:, 2], EAST[:, 2]
-        self.errors = SimpleNamespace(spans=lambda: [slice(0, 2), slice(2, 3)], column=self._column, final=final)
+        self.errors = SimpleNamespace(spans=lambda: [slice(0, 2), slice(2, 3)], column=self._column, final=final,
+                                      number=np.arange(5), seed=1000 + np.arange(5))  # fmt: skip
         self.final_horizontal = np.where(self.failed, inf, np.hypot(final[:, 0], final[:, 1]))
         self.mean_rates = self.end_rates = self.final_horizontal / 300.0
         self.computed, self.seconds = 3, 12.34
@@ -89,7 +90,7 @@ class Result:
         return None
 
     @staticmethod
-    def command(run: int, program: str = "sinssim") -> str:
+    def command(run: int, program: str = "sinssim", scenario: str | None = None) -> str:
         return f"{program} run <{run}>"
 
     @staticmethod

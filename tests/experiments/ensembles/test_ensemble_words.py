@@ -19,7 +19,7 @@ from sinssim.recording.console import show
 from sinssim.recording.page import page_of
 from sinssim.recording.rerun.exhibit_recording import markdown, record_chart, record_cloud
 from sinssim.units import fixed
-from tests.experiments.ensembles.made_ensemble import ARCMIN, NUMBERS, TIME, Result
+from tests.experiments.ensembles.made_ensemble import ARCMIN, EAST, NORTH, NUMBERS, TIME, Result
 from tests.recording.by_hand import printed
 from tests.recording.spies import Drawn, cells, read, values_of
 
@@ -44,8 +44,9 @@ def test_the_page_in_order() -> None:
     assert "<title>&lt;trial&gt;: an ensemble of 5 runs</title>" in html
     requirements = ["Requirements", "cep(60 s) &lt;= 30 m: met", "rate(end) &lt;= 0.4 m/s: undecided",
                     "r95(run) &lt;= 70 m: not met"]  # fmt: skip
-    rest = ["Errors of the population", "Errors by component", "Consistency of the filter", "ANEES by block of states",
-            "NIS by sensor", "Runs to examine", "Failed runs", "Definitions", "How it was computed"]  # fmt: skip
+    rest = ["Errors of the population", "Each run", "Errors by component", "Consistency of the filter",
+            "ANEES by block of states", "NIS by sensor", "Runs to examine", "Failed runs", "Definitions",
+            "How it was computed"]  # fmt: skip
     assert heads(html) == ["&lt;trial&gt;: an ensemble of 5 runs", *requirements, *rest]
     assert '<p class="lead">From A.</p>' in html
     assert "<p><strong>A &lt;note&gt;.</strong></p>" in html
@@ -53,7 +54,7 @@ def test_the_page_in_order() -> None:
     plain: Any = Result(filtered=False)
     plain.plan.scenario.description, plain.failures, plain.notes = "", {}, []
     html = page_of(ensemble.exhibits_of(plain, NUMBERS))
-    assert heads(html)[1:] == [one for k, one in enumerate(rest) if k not in (2, 3, 4, 6)]
+    assert heads(html)[1:] == [one for k, one in enumerate(rest) if k not in (3, 4, 5, 7)]
     assert "lead" not in html.partition("<body>")[2]
 
 
@@ -94,6 +95,18 @@ def test_lengths_in_the_unit_of_the_ensemble() -> None:
     assert table.rows[1] == ["horizontal error at the end, halves", "84.0 (70.0 … 120)", "180 (150 … ∞)"]
     assert table.rows[-1][1:] == ["88.0", "191"]
     assert table.rows[-2][1] == "0.370 (0.320 … 0.430)"
+
+
+def test_what_a_page_has_of_each_run() -> None:
+    """All but the failed run 2, at every epoch; a radius that is not finite is none."""
+    result: Any = Result()
+    plain, (time, *errors) = ensemble._each_run(result)
+    assert (plain["runs"], plain["seeds"], plain["all"]) == ([0, 1, 3, 4], ["1000", "1001", "1003", "1004"], 5)
+    assert plain["commands"][2] == "sinssim run <3>"
+    assert plain["radii"] == [[0.0, 4.5, 42.0], [0.0, 13.0, 90.0]]
+    np.testing.assert_array_equal(time, TIME - 100.0)
+    rows = [0, 1, 3, 4]
+    np.testing.assert_array_equal(errors, [*NORTH[rows], *EAST[rows]])
 
 
 def test_many_failed_runs_are_counted() -> None:
