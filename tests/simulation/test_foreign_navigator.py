@@ -758,3 +758,25 @@ def test_measurements_go_out_as_they_arrive() -> None:
     found = foreign_navigator._in_order(m)
     assert (found.arrival.tolist(), found.time.tolist()) == ([3.0, 5.0], [2.0, 1.0])
     assert (found.value.ravel().tolist(), found.sigma.ravel().tolist()) == ([102.0, 101.0], [4.0, 3.0])
+
+
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        ((0.9, 0.8, 1.0), "its solution of 0.9 s lies before the first sample."),
+        ((3.5, 0.8, 1.0), "its solution of 3.5 s lies after the end of the run."),
+        ((0.5, 0.8, 1.0), "its solution of 0.5 s comes twice."),
+        ((0.4, 0.8, 1.0), "its solution of 0.4 s is out of order: it comes after that of 0.5 s."),
+        ((1.5, -1.7, 1.0), "its solution of 1.5 s has a latitude of -1.70 rad."),
+        ((1.5, 0.8, 2.0), "its solution of 1.5 s has a quaternion of the norm 2.00."),
+        ((1.5, np.inf, 1.0), "its solution of 1.5 s is not finite."),
+    ],
+)
+def test_an_answer_that_is_no_state_of_the_run(row: tuple[float, float, float], words: str) -> None:
+    """Samples from 1 s to 3 s, after an answer of 0.5 s."""
+    time, latitude, norm = row
+    rows = np.array([[time, latitude, 0.2, 100.0, 0.0, 0.0, 0.0, 0.0, norm, 0.0, 0.0]])
+    with pytest.raises(RunError) as error:
+        _check_rows(rows, np.array([1.0, 2.0, 3.0]), 0.5, 0)
+    assert str(error.value) == words
+    assert error.value.time == time

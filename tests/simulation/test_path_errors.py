@@ -157,6 +157,9 @@ def test_the_entry_says_it_by_leg_and_phase(run: sinssim.Run, errors: PathErrors
     assert (corridor["within"], corridor["exceeded_s"]) == (1.0, None)
     (miss,) = misses(run.scenario, run.truth, pieces_of(run.scenario, run.truth))
     assert (miss.number, miss.name) == (1, "N")
+    assert (miss.latitude, miss.longitude) == pytest.approx((math.radians(0.12), math.radians(10.0)))
+    assert miss.to_go == run.summary["guidance"]["waypoints"][0]["left_to_go_m"]
+    assert math.hypot(miss.to_go, miss.right) == pytest.approx(500.0, abs=15.0)  # the capture radius
     assert miss.right == run.summary["guidance"]["waypoints"][0]["right_m"]
     assert miss.right == pytest.approx(errors.tse[errors.leg == 1, 0][-1], abs=12.0)  # 500 m on, straight
 
@@ -569,5 +572,14 @@ def test_a_planned_path_is_drawn_at_its_height(run: sinssim.Run, errors: PathErr
     true = run.truth.trajectory.state(errors.time).height
     known = np.isfinite(errors.planned[:, 2])
     assert planned.height[known] == pytest.approx(5000.0)
+    paths = {path.name: path for path in run.parts["planned_path"].paths()}
+    solution, believed = run.solutions["quaternion"], paths["believed"]
+    rows = np.searchsorted(solution.latitude, believed.latitude)
+    assert len(rows) > 100
+    np.testing.assert_array_equal(solution.longitude[rows], believed.longitude)
+    np.testing.assert_array_equal(solution.height[rows], believed.height)
+    waypoint = paths["waypoints"]
+    assert np.degrees([waypoint.latitude[0], waypoint.longitude[0]]) == pytest.approx([0.12, 10.0])
+    assert waypoint.height[0] == pytest.approx(5000.0, abs=5.0)
     np.testing.assert_array_equal(planned.height[~known], true[~known])
     assert np.abs(true[known] - 5000.0).max() > 1e-3

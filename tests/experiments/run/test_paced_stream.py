@@ -40,15 +40,18 @@ from sinssim.experiments.run.stream_packets import (
     Streamed,
     _accuracy,
     _e7,
+    _fixes,
     _hil_sensors,
     _int16,
     _logged,
+    _measurements,
     _true_states,
     _uint16,
     _us,
     live_packets,
     streamed,
 )
+from sinssim.logs.recorded_streams import FixStream
 from sinssim.logs.solution_score import Judge
 from sinssim.logs.stored_run import STATE_COLUMNS, RecordedRun
 from sinssim.scenario import filter_model
@@ -769,3 +772,70 @@ def test_sigmas_that_are_not_all_known_are_left_out() -> None:
     assert faults == []
     assert list(columns) == ["time_s", *STATE_COLUMNS]
     assert [values[0] for values in columns.values()] == [float(k) for k in range(1, 12)]
+
+
+def fixes_of(**more: Any) -> list[tuple[float, tuple[Any, ...]]]:
+    """Return the fields of both messages of a fix at 2.5 s that arrives at 3 s, at 46° N, 170° W and 1234.5 m.
+
+    Time 0 of the run is a quarter of a second before the GPS week 2400.
+    """
+    common = pytest.importorskip("pymavlink.dialects.v20.common")
+    fix = FixStream(np.array([2.5]), np.radians([46.0]), np.radians([190.0]), np.array([1234.5]), **more)
+    of: Any = SimpleNamespace(
+        fixes=lambda name: (np.array([3.0]), fix), imu=SimpleNamespace(time=np.zeros(1)),
+        content=SimpleNamespace(start_gps_s=2400 * 604_800 - 0.25),
+    )  # fmt: skip
+    link = SimpleNamespace(hil_gps_encode=lambda *fields: fields, gps_input_encode=lambda *fields: fields)
+    return list(_fixes(link, common, of, "gnss", 1))
+
+
+def test_every_field_of_a_fix() -> None:
+    """3 m/s north, 4 m/s west: 5 m/s on a course of 306.87°; 1σ of 3, 4 and 7 m are 5 m across."""
+    velocity, speed = np.array([[3.0, -4.0, 0.5]]), np.array([[0.1, 0.2, 0.2]])
+    (due, hil), (also, gps) = fixes_of(
+        position_sigma=np.array([[3.0, 4.0, 7.0]]), velocity_ned=velocity, velocity_sigma=speed
+    )
+    assert due == also == 3.0
+    assert hil == (2_500_000, 3, 460_000_000, -1_700_000_000, 1_234_500, 500, 700, 500, 300, -400, 50, 30_687, 255, 1)
+    assert gps == (2_500_000, 1, 2 | 4, 2250, 2400, 3, 460_000_000, -1_700_000_000, 1234.5, 0.0, 0.0, 3.0, -4.0, 0.5,
+                   pytest.approx(0.3), 5.0, 7.0, 255)  # fmt: skip
+
+
+def test_what_a_fix_does_not_tell() -> None:
+    """The flags of GPS_INPUT ignore velocity north and east, down, and the accuracies of speed and place: 8 … 128."""
+    (_, hil), (_, gps) = fixes_of()
+    assert hil[5:] == (65535, 65535, 65535, 0, 0, 0, 65535, 255, 1)
+    assert gps[2] == 2 | 4 | 8 | 16 | 32 | 64 | 128
+    assert gps[11:] == (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 255)
+
+
+@pytest.mark.parametrize(
+    ("name", "columns", "kind", "arm"),
+    [
+        ("gnss_position", ("latitude_rad", "longitude_rad", "height_m"), "gnss-position", [0.5, 0.0, -1.5]),
+        ("gnss_2_velocity", ("velocity_n_mps", "velocity_e_mps", "velocity_d_mps"), "gnss-velocity", [7.0, 8.0, 9.0]),
+        ("baro", ("height_m",), "baro-height", [0.0, 0.0, 0.0]),
+    ],
+)
+def test_readings_as_the_protocol_has_them(name: str, columns: tuple[str, ...], kind: str, arm: list[float]) -> None:
+    """A second receiver has its own lever arm, and the kind of the first one."""
+    sigmas = tuple(f"sigma_{k}" for k in range(len(columns)))
+    heads = ("time_s", *columns, *sigmas, "arrival_s")
+    table = {head: np.array([10.0 * k, 10.0 * k + 1.0]) for k, head in enumerate(heads)}
+    sections = {"gnss": {"lever_arm_m": [0.5, 0.0, -1.5]}, "gnss_2": {"lever_arm_m": [7.0, 8.0, 9.0]}, "baro": {}}
+    run = SimpleNamespace(scenario={"aiding": sections}, of_log=False)
+    of: Any = SimpleNamespace(readings=lambda name: table, run=run)
+    m = _measurements(of, name)
+    assert (m.kind, m.label, m.lever_arm.tolist()) == (kind, name.replace("_", "-"), arm)
+    count = len(columns)
+    assert m.value.tolist() == [[10.0 * k + r for k in range(1, count + 1)] for r in (0, 1)]
+    assert m.sigma.tolist() == [[10.0 * k + r for k in range(count + 1, 2 * count + 1)] for r in (0, 1)]
+    assert (m.time.tolist(), m.arrival.tolist()) == ([0.0, 1.0], [20.0 * count + 10.0, 20.0 * count + 11.0])
+
+
+def test_when_messages_of_the_protocol_go_out(of: Streamed) -> None:
+    """Each sample at its end, with what follows it."""
+    first, *samples, last = packets("binary", of)
+    assert (first.kind, first.time, last.kind, last.time) == ("begin", 0.0, "end", DURATION)
+    assert {packet.kind for packet in samples} == {"imu"}
+    np.testing.assert_array_equal([packet.time for packet in samples], of.run.table("imu_measured")["time_s"])
