@@ -34,6 +34,7 @@ from sinssim.simulation.path_errors import (
     misses,
     path_errors,
     pieces_of,
+    planned_pieces,
     size_of,
 )
 from sinssim.simulation.truth_and_sensors import Truth
@@ -174,6 +175,10 @@ def test_the_streams_have_it(run: sinssim.Run, errors: PathErrors) -> None:
     np.testing.assert_array_equal(columns["fte_across_m"], errors.fte[:, 0])
     planned = errors.leg >= 0
     np.testing.assert_allclose(columns["planned_longitude_rad"][planned], math.radians(10.0), atol=1e-7)
+    true = run.truth.trajectory.state(errors.time).latitude
+    np.testing.assert_allclose(
+        columns["planned_latitude_rad"][planned], true[planned], atol=2e-6
+    )  # a lever arm of 10.6 m
     assert columns["planned_height_m"][planned] == pytest.approx(5000.0)
 
 
@@ -583,3 +588,63 @@ def test_a_planned_path_is_drawn_at_its_height(run: sinssim.Run, errors: PathErr
     assert waypoint.height[0] == pytest.approx(5000.0, abs=5.0)
     np.testing.assert_array_equal(planned.height[~known], true[~known])
     assert np.abs(true[known] - 5000.0).max() > 1e-3
+
+
+NORTH, EAST = 1000.0 / 6335439.3273, 1000.0 / 6378137.0
+"""A kilometre north, a(1 − e²), and east, a, at the equator, rad."""
+
+
+def corner() -> PlannedTrack:
+    """Return a kilometre to the north and one to the east."""
+    return PlannedTrack(np.array([0.0, NORTH, NORTH]), np.array([0.0, 0.0, EAST]), np.array([0.0, 100.0, 300.0]), 0.0)
+
+
+def test_beside_a_corner() -> None:
+    """10 m to the left of the way before it, 10 m to the left of that after it."""
+    there = corner().beside(np.array([0.9, 1.01]) * NORTH, np.array([-0.01, 0.1]) * EAST, np.zeros(2))
+    np.testing.assert_allclose(there.right, [-10.0, -10.0], atol=1e-3)
+    np.testing.assert_allclose(there.along, [900.0, 1100.0], atol=1e-2)
+    np.testing.assert_allclose(there.above, [-90.0, -120.0], atol=1e-2)
+
+
+def test_places_along_a_corner_and_beyond_its_ends() -> None:
+    places = corner().at(np.array([-100.0, 500.0, 1500.0, 2100.0]))
+    np.testing.assert_allclose(places[:, 0] / NORTH, [-0.1, 0.5, 1.0, 1.0], atol=1e-6)
+    np.testing.assert_allclose(places[:, 1] / EAST, [0.0, 0.0, 0.5, 1.1], atol=1e-6)
+    np.testing.assert_allclose(places[:, 2], [0.0, 50.0, 200.0, 300.0], atol=1e-2)
+    assert corner().right_at_end == pytest.approx([-1.0, 0.0], abs=1e-6)
+
+
+def test_where_the_legs_begin() -> None:
+    """A block that is turned by 90° in an aircraft on a heading of 30°, 2 m ahead of the centre of gravity."""
+    begins: list[Any] = []
+    one, other = level_track(0.0, 0.0, 0.0), level_track(1.0, 0.0, 0.0)
+    tracks = [[one], [other]]
+    flight: Any = SimpleNamespace(planned_tracks=lambda given: begins.extend(given) or tracks, legs=["hold", "turn"])
+    c, s = math.cos(math.radians(60.0)), math.sin(math.radians(60.0))  # half of 120°
+    here = NavState(np.array([0.5, 0.6]), np.array([1.0, 1.1]), np.array([100.0, 200.0]), np.zeros((2, 3)),
+                    np.tile([c, 0.0, 0.0, s], (2, 1)))  # fmt: skip
+    events = [FlightEvent(5.0, "leg 1 (hold) begins"), FlightEvent(8.0, "leg 1 (hold) ends"),
+              FlightEvent(8.0, "leg 2 (turn) begins")]  # fmt: skip
+    reference: Any = SimpleNamespace(events=events, start=0.0, end=20.0, state=lambda time: here)
+    later = [FlightEvent(event.time + 1.0, event.text) for event in events]
+    path: Any = SimpleNamespace(events=later, end=22.0)
+    half = math.sqrt(0.5)
+    pieces = planned_pieces(flight, path, reference, np.array([2.0, 0.0, 0.5]), np.array([half, 0.0, 0.0, half]))
+    assert pieces == [Piece(0, 0, 6.0, 9.0, one), Piece(1, 0, 9.0, 22.0, other)]
+    assert [(begin.time, begin.height) for begin in begins] == [(5.0, 100.5), (8.0, 200.5)]
+    assert [math.degrees(begin.heading) for begin in begins] == pytest.approx([30.0, 30.0])
+    behind = [(begin.latitude - 0.5 - 0.1 * k) * 6.37e6 for k, begin in enumerate(begins)]
+    assert behind == pytest.approx([-2.0 * math.cos(math.radians(30.0))] * 2, rel=0.01)
+
+
+def test_a_perfect_navigator_passes_when_the_flight_does(run: sinssim.Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 60 s instead of 55 s; what the flight does not reach is left out."""
+    assert isinstance(run.truth, Truth)
+    perfect = [Miss(1, "N", 0.0, 0.0, 55.0, 3.0, 1.0), Miss(2, "M", 0.0, 0.0, 70.0, 4.0, 1.0)]
+    monkeypatch.setattr(
+        kept, "misses", lambda s, truth, p: perfect if truth.guided is None else [perfect[0]._replace(time=60.0)]
+    )
+    ((miss, time, right),) = kept.passages(run.scenario, run.truth)
+    assert (miss, time) == (perfect[0], 60.0)
+    assert right == pytest.approx([0.0, 1.0], abs=1e-3)  # to the right of a way to the north
