@@ -607,6 +607,8 @@ def test_answers_that_cannot_be_used_are_counted(of: Streamed, capsys: pytest.Ca
     rows = [json.dumps({name: float(values[k]) for name, values in truth.items()}).encode() for k in (0, 50, 100)]
     numbers = _scored_answers(of, [b"garbage", *rows, b"{}"], quiet=False)
     assert numbers["left_out"] == 2
+    assert numbers["rows"] == 3
+    assert scored(Judge(of.run, of.content.start_gps_s), rows)[0].scores[0].path == Path("3 answers")
     why = "an answer, 'garbage', is neither a solution of the protocol nor JSON."
     assert capsys.readouterr().out.endswith(f"2 answers could not be used; the first: {why}\n")
 
@@ -839,3 +841,13 @@ def test_when_messages_of_the_protocol_go_out(of: Streamed) -> None:
     assert (first.kind, first.time, last.kind, last.time) == ("begin", 0.0, "end", DURATION)
     assert {packet.kind for packet in samples} == {"imu"}
     np.testing.assert_array_equal([packet.time for packet in samples], of.run.table("imu_measured")["time_s"])
+
+
+def test_when_sentences_go_out(of: Streamed) -> None:
+    """Two for each fix, when it arrives: 0.13 s after its instant, 5 a second."""
+    sent = packets("nmea", of)
+    gnss = of.run.table("aiding_gnss_position")
+    arrival = gnss["arrival_s"][gnss["arrival_s"] <= DURATION]
+    np.testing.assert_allclose(arrival[:2], [0.33, 0.53], atol=1e-9)
+    np.testing.assert_allclose([packet.time for packet in sent], arrival, atol=1e-9)
+    assert [line[3:6] for line in sent[0].data.splitlines()] == [b"GGA", b"RMC"]
