@@ -244,7 +244,8 @@ class Recording:
         self.ranges: dict[str, tuple[float, float]] = {}
         """Smallest and largest value of every entity recorded by `series`, for the axes of plots."""
         self._waiting = 0  # bytes sent since the last flush
-        rr.bindings.flush_and_cleanup_orphaned_recordings()  # the threads of those that were written before
+        with contextlib.suppress(RuntimeError):  # in a forked process, which has no threads of others
+            rr.bindings.flush_and_cleanup_orphaned_recordings()  # ends the threads of those that were written before
         self._stream = rr.RecordingStream(application)
         self._file = _File(path)
         try:

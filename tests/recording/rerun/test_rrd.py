@@ -15,6 +15,7 @@ from rerun.chunk import RrdReader
 from sinssim.recording.rerun import rrd
 from sinssim.recording.rerun.rrd import Recording
 from sinssim.recording.streams import Stream, Vector
+from tests.fork import Fork
 
 TASKS = Path("/proc/self/task")
 FULL = Path("/dev/full")  # every write to it fails as on a full disk
@@ -46,6 +47,19 @@ def test_threads_of_a_recording_end_with_the_next(tmp_path: Path) -> None:
         with Recording(tmp_path / f"{number}.rrd", "short") as recording:
             recording.stream(Stream("noise", np.arange(3.0), (Vector("xyz", ("x", "y", "z"), np.eye(3)),)))
     assert len(list(TASKS.iterdir())) < before + 8  # those of the last and Rerun's own few, not two for each
+
+
+def test_a_forked_process_records(tmp_path: Path) -> None:
+    def record(name: str) -> None:
+        with Recording(tmp_path / name, "short") as recording:
+            recording.stream(Stream("noise", np.arange(3.0), (Vector("xyz", ("x", "y", "z"), np.eye(3)),)))
+
+    record("before.rrd")
+    other = Fork(lambda: record("forked.rrd"))
+    assert other.wait() == 0, other.stderr()
+    assert len(list(RrdReader(tmp_path / "forked.rrd").stream())) == len(
+        list(RrdReader(tmp_path / "before.rrd").stream())
+    )
 
 
 def record_much(recording: Recording) -> None:
