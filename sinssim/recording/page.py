@@ -74,9 +74,9 @@ def page(title: str, body: Iterable[str], style: str = "") -> str:
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta http-equiv="Content-Security-Policy" content="{policy(parts)}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{words(title)}</title><style>{_STYLE}{style}</style></head>\n<body>\n"
+        f"<title>{words(title)}</title><style>{_STYLE}{style}</style></head>\n<body><main>\n"
         + "\n".join(parts)
-        + "\n</body></html>\n"
+        + "\n</main></body></html>\n"
     )
 
 

@@ -66,6 +66,7 @@
     for (const name of figure.querySelectorAll(".u-series:not(:first-child) th")) {
       name.tabIndex = 0;
       name.setAttribute("role", "button");
+      name.setAttribute("aria-label", name.querySelector(".u-label").textContent); // also where it is not shown
       name.setAttribute("aria-pressed", "true");
       name.addEventListener("keydown", event => {
         if (event.key !== "Enter" && event.key !== " ") return;

@@ -307,7 +307,7 @@ def test_a_table() -> None:
     assert page.swatch("#123456") == '<span class="swatch" style="background:#123456"></span>'
     whole = page.page("a < b", ["one", "two"], "own {}")
     assert "<title>a &lt; b</title>" in whole
-    assert whole.endswith("own {}</style></head>\n<body>\none\ntwo\n</body></html>\n")
+    assert whole.endswith("own {}</style></head>\n<body><main>\none\ntwo\n</main></body></html>\n")
 
 
 def test_charts_that_share_names_stay_beside_each_other_on_a_narrow_page() -> None:

@@ -23,7 +23,7 @@ from tests.recording.spies import cells
 
 def body(html: str) -> list[str]:
     """Return the lines of a page's body."""
-    return html.partition("<body>\n")[2].removesuffix("\n</body></html>\n").split("\n")
+    return html.partition("<body><main>\n")[2].removesuffix("\n</main></body></html>\n").split("\n")
 
 
 def stand_ins(monkeypatch: pytest.MonkeyPatch, module: Any, *names: str) -> None:
