@@ -5,6 +5,11 @@ from __future__ import annotations
 import re
 import shlex
 import shutil
+import socket
+import struct
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -119,7 +124,7 @@ SHORTER = {
 LONG = (
     *("compare coning", "compare gyro_trade", "--vary", "--runs 1000", "--sheet", "--until-decided"),
     *("run imu.csv gnss.pos", "run my_drive.toml", "inspect imu.csv gnss.pos", "allan drive.toml", "allan log.npz"),
-    *("calibration_systematic", "align parked", "--require", "--to pty:", "--as mavlink"),
+    *("calibration_systematic", "align parked", "--require", "--to pty:", "--as mavlink", "--guide"),
 )
 """Parts of the examples that take one to twenty seconds of processor time: they run with -m slow."""
 
@@ -204,6 +209,25 @@ def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@contextmanager
+def _navigator() -> Iterator[None]:
+    """Take the packets of a stream, and answer the start of the flight, and a second later the next."""
+    start = np.radians(50.0), np.radians(14.5), 3000.0, 60.0, 104.0, 0.0, np.cos(np.pi / 6.0), 0.0, 0.0, 0.5
+    answers = [struct.pack("<HHI11d", 6, 0, 88, time, *start) for time in (0.0, 1.0)]
+    with socket.create_server(("127.0.0.1", 5005)) as server:
+
+        def take() -> None:
+            with server.accept()[0] as link:
+                link.sendall(b"SINSSIM\0" + struct.pack("<II", 1, 0) + b"".join(answers))
+                while link.recv(65536):
+                    pass
+
+        thread = threading.Thread(target=take)
+        thread.start()
+        yield
+        thread.join()
+
+
 @pytest.mark.parametrize(
     "example",
     [pytest.param(line, marks=pytest.mark.slow) if any(part in line for part in LONG) else line for line in EXAMPLES],
@@ -224,5 +248,6 @@ def test_an_example_runs(
     monkeypatch.setattr("sinssim.analyses.inspection.suggestion_trial._LONGEST_S", 22.0)  # one pass, with one outage
     for name in ("open_viewer", "serve", "screenshot"):
         monkeypatch.setattr(f"sinssim.recording.rerun.viewer.{name}", lambda place, *_, **__: Path(place).stat())
-    _sinssim(command)
+    with _navigator() if "--guide" in command else nullcontext():
+        _sinssim(command)
     assert capsys.readouterr().out or output or command.startswith("sinssim view")

@@ -369,7 +369,7 @@ def stream(
         sinssim stream runs/mems_uav --to udp://127.0.0.1:14550 --as mavlink --pace max
         sinssim stream runs/mems_uav --to pty: --as nmea --pace max
         sinssim stream parked --to udp://127.0.0.1:5005 --as json --pace max --set parked.duration_s=60
-        sinssim stream s_turns --to tcp://127.0.0.1:5005 --as binary --listen tcp://127.0.0.1:5005 --guide
+        sinssim stream my_flight.toml --to tcp://127.0.0.1:5005 --as binary --listen tcp://127.0.0.1:5005 --guide
     """
     from sinssim.experiments.run.paced_stream import exchange, pace_of, place_of
     from sinssim.experiments.run.stream_packets import FORMS, computed, live_packets, live_scenario, readings_of
