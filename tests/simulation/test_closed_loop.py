@@ -22,7 +22,6 @@ from sinssim.scenario import Scenario, filter_model, load_scenario
 from sinssim.simulation import closed_loop as closing
 from sinssim.simulation.closed_loop import NEAR, apart, by_sections, closed_loop, solution_errors
 from sinssim.simulation.path_errors import ending
-from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.flight.guidance import QUANTITIES as ALL
 from sinssim.truth.flight.guidance import AirData, SolutionErrors
@@ -574,12 +573,11 @@ def test_errors_of_the_rates_are_about_the_axes_of_the_vehicle() -> None:
 def test_errors_are_those_of_the_last_solution_before(monkeypatch: pytest.MonkeyPatch) -> None:
     """Solutions at 10.5, 10.9 and 11.4 s, seen 0, 0.5 and 1 s after a start at 10 s: none, the first, the second."""
     solution: Any = SimpleNamespace(time=np.array([10.5, 10.9, 11.4]))
-    truth = object.__new__(Truth)
-    vars(truth)["trajectory"] = SimpleNamespace(start=10.0, end=11.5)
+    path: Any = SimpleNamespace(start=10.0)
     monkeypatch.setattr(closing, "_state_errors", lambda s, p, solution, rows: np.outer(rows + 1.0, np.ones(9)))
     monkeypatch.setattr(closing, "_rate_errors", lambda s, sensed, time: np.outer(time, np.ones(3)))
-    sensed: Any = SimpleNamespace(truth=truth)
-    found = closing._errors_at(plan(), sensed, solution, np.array([0.0, 0.5, 1.0]))
+    sensed: Any = None
+    found = closing._errors_at(plan(), path, sensed, solution, np.array([0.0, 0.5, 1.0]))
     assert found[:, 0].tolist() == [0.0, 1.0, 2.0]
     assert found[:, 9].tolist() == [0.0, 10.5, 11.0]
 
