@@ -160,6 +160,7 @@ def test_the_gains_of_a_filter_stay(world: tuple[Scenario, BudgetResult], browse
     assert ("gains" in browser.value("document.querySelector('.what_if').textContent")) == (result.solution == "filter")
 
 
+@pytest.mark.slow
 def test_the_largest_values_are_those_of_the_budget(world: tuple[Scenario, BudgetResult], browser: Page) -> None:
     _, result = world
     page = opened(browser, result)
