@@ -780,3 +780,18 @@ def test_an_answer_that_is_no_state_of_the_run(row: tuple[float, float, float], 
         _check_rows(rows, np.array([1.0, 2.0, 3.0]), 0.5, 0)
     assert str(error.value) == words
     assert error.value.time == time
+
+
+def test_lines_of_two_sensors_are_in_order_of_arrival() -> None:
+    """Within one sample the second sensor's reading comes first, although its value and its instant are larger."""
+    one, other = np.array([0.9]), np.array([0.5])
+    given = (("a", 0.1 * one, one, one), ("b", other, other, 9.0 * one))
+    readings = [
+        Measurements("baro-height", time, arrival, value[:, None], value[:, None], name=name)
+        for name, time, arrival, value in given
+    ]
+    imu = ImuData(np.arange(2.0), np.zeros((1, 3)), np.zeros((1, 3)))
+    (block,) = Feed(begin(), imu, readings, text=True).blocks()
+    assert [line.split()[:3] for line in bytes(block.data).decode().splitlines()[1:]] == [
+        ["measurement", "1", "0.5"], ["measurement", "0", "0.9"],
+    ]  # fmt: skip

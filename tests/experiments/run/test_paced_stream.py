@@ -41,6 +41,7 @@ from sinssim.experiments.run.stream_packets import (
     _accuracy,
     _e7,
     _fixes,
+    _heartbeats,
     _hil_sensors,
     _int16,
     _logged,
@@ -851,3 +852,11 @@ def test_when_sentences_go_out(of: Streamed) -> None:
     np.testing.assert_allclose(arrival[:2], [0.33, 0.53], atol=1e-9)
     np.testing.assert_allclose([packet.time for packet in sent], arrival, atol=1e-9)
     assert [line[3:6] for line in sent[0].data.splitlines()] == [b"GGA", b"RMC"]
+
+
+def test_what_a_heartbeat_says() -> None:
+    """A generic system (0) without an autopilot (8), in a simulation (32), active (4); once a second."""
+    common = pytest.importorskip("pymavlink.dialects.v20.common")
+    link = SimpleNamespace(heartbeat_encode=lambda *fields: fields)
+    of: Any = SimpleNamespace(imu=SimpleNamespace(time=np.array([5.0])), end=7.0)
+    assert list(_heartbeats(link, common, of, 1.0)) == [(at, (0, 8, 32, 0, 4)) for at in (5.0, 6.0, 7.0)]
