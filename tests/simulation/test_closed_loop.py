@@ -16,11 +16,12 @@ from scipy.stats import chi2
 import sinssim
 from sinssim.content import package_content
 from sinssim.data import ImuData, NavSolution, NavState
+from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError, RunError
 from sinssim.recording.page import page_of
 from sinssim.scenario import Scenario, filter_model, load_scenario
 from sinssim.simulation import closed_loop as closing
-from sinssim.simulation.closed_loop import NEAR, apart, by_sections, closed_loop, solution_errors
+from sinssim.simulation.closed_loop import NEAR, LiveFlight, apart, by_sections, closed_loop, solution_errors
 from sinssim.simulation.path_errors import ending
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.flight.guidance import QUANTITIES as ALL
@@ -588,3 +589,172 @@ def test_which_air_data_the_autopilot_sees(quantities: tuple[str, ...], seen: li
     scenario = Scenario.model_validate({**contents, "aiding": {"airspeed": {}, "baro": {}}, "filter": {}})
     assert list(closing.air_sensors(scenario)) == seen
     assert closing.air_sensors(plan(quantities=quantities)) == {}
+
+
+@pytest.mark.parametrize(
+    ("moved", "slowly"),
+    [([], False), ([8.0], False), ([9.0, 8.0], False), ([9.0, 8.0, 4.0], True), ([9.0, 8.0, 2.5], False),
+     ([9.0, 2.0, 1.9], False), ([100.0, 9.0, 8.0, 4.0], True)],
+)  # fmt: skip
+def test_passes_that_gain_little_twice(moved: list[float], slowly: bool) -> None:
+    """A gain of at least three in one of the last two is enough."""
+    assert closing._settles_slowly(moved) is slowly
+
+
+def test_the_passes_of_a_loop(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each flies with the errors on the one before, moves the path by 4 m, 0.1 m and 0.9 mm, and has half of the
+    progress that is left; the passes of a loop that gains little are given up for sections."""
+    moves, reported, flights = iter([4.0, 0.1, 9e-4, 5.0, 4.0, 3.0]), list[float](), list[Any]()
+
+    def flown(scenario: Scenario, report: Any, meanwhile: Any = None, *, errors: Any) -> str:
+        flights.append((errors, meanwhile))
+        report(0.5)
+        return f"path {len(flights) - 1}"
+
+    met: list[Any] = []
+    monkeypatch.setattr(closing, "true_motion", flown)
+    monkeypatch.setattr(closing, "solution_errors", lambda scenario, path: f"errors on {path}")
+    monkeypatch.setattr(closing, "apart", lambda one, other: met.append((one, other)) or next(moves))
+    path, guided = closed_loop(plan(), reported.append, print)
+    assert flights == [("none", print), *((f"errors on path {k}", None) for k in range(3))]
+    assert met == [(f"path {k}", f"path {k + 1}") for k in range(3)]
+    assert (path, guided.by_truth) == ("path 3", "path 0")
+    assert (guided.source, guided.moved, guided.in_sections) == ("quaternion", (4.0, 0.1, 9e-4), False)
+    assert reported == [0.25, 0.625, 0.8125, 0.90625, 1.0]
+
+    def in_sections(scenario: Scenario, by_truth: Any, report: Any) -> tuple[Any, list[float]]:
+        report(0.5)
+        return f"sections of {by_truth}", [2e-4, 3e-4]
+
+    reported.clear()
+    monkeypatch.setattr(closing, "by_sections", in_sections)
+    path, guided = closed_loop(plan(), reported.append)
+    assert (path, guided.by_truth) == ("sections of path 4", "path 4")  # type: ignore[comparison-overlap]
+    assert (guided.moved, guided.in_sections) == ((2e-4, 3e-4), True)
+    assert reported == [0.25, 0.625, 0.8125, 0.90625, 0.953125, 1.0]  # the sections have the half of the last sixteenth
+
+
+def test_sections_and_their_trials(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A flight of 160 s is flown until 67.5 s with 7.5 s of alignment, then 60 s on, until it is over. The first
+    section moves by 2 m, then by 0.5 mm; the second by 0.2 mm at once."""
+    places = iter([0.0, 2.0, 2.0005, 50.0, 50.0002])
+    calls: list[Any] = []
+
+    class Flying:
+        def __init__(self, flight: Any, seed: int, believed: Any) -> None:
+            calls.append(believed)
+
+        def __enter__(self) -> Flying:
+            return self
+
+        def __exit__(self, *given: Any) -> None: ...
+        def fly(self, until: float, believed: Any) -> Any:
+            calls.append((until, believed))
+            return SimpleNamespace(position_ecef=np.array([[0.0, next(places), 0.0]])), until > 100.0
+
+        def keep(self, *, kept: bool) -> None:
+            calls.append(kept)
+
+    monkeypatch.setattr(closing, "SectionedFlight", Flying)
+    monkeypatch.setattr(closing, "true_motion", lambda scenario, errors: ("path", errors))
+    errors = iter("abcdef")
+    monkeypatch.setattr(closing, "solution_errors", lambda scenario, path: next(errors))
+    monkeypatch.setattr(closing, "_continued", lambda believed, found, begin: f"{believed}{found}{begin:g}")
+    monkeypatch.setattr(closing, "_alignment", lambda scenario: 7.5)
+    done: list[float] = []
+    by_truth: Any = SimpleNamespace(start=5.0, end=165.0)
+    path, moved = by_sections(plan(), by_truth, done.append)
+    assert calls == [
+        "a", (67.5, "a"), False, (67.5, "ab0"), False, (67.5, "ab0c0"), True, (127.5, "ab0c0"), False,
+        (127.5, "ab0c0d67.5"), True,
+    ]  # fmt: skip
+    assert moved == pytest.approx([5e-4, 2e-4])
+    assert done == [67.5 / 160.0, 127.5 / 160.0]
+    assert path == ("path", "ab0c0d67.5")  # type: ignore[comparison-overlap]
+
+
+def test_how_far_two_flights_are_apart() -> None:
+    """At the same instants, and at the ends, which differ: 6 m at 5.5 s; 8 m where the longer one goes on."""
+    at60, at200 = math.radians(60.0), math.radians(200.0)
+
+    def flying(end: float, height: Any) -> Any:
+        return SimpleNamespace(start=5.0, end=end, ellipsoid=WGS84, state=lambda time: SimpleNamespace(
+            latitude=np.full(len(time), at60), longitude=np.full(len(time), at200),
+            height=1000.0 + height(np.asarray(time))))  # fmt: skip
+
+    level = flying(7.0, lambda time: 0.0 * time)
+    once = flying(7.0, lambda time: np.where(np.abs(time - 5.5) < 0.05, 6.0, 2.0))
+    assert apart(level, once) == pytest.approx(6.0, abs=1e-6)
+    longer = flying(9.0, lambda time: np.where(time > 7.0, -8.0, 1.0))
+    assert (apart(level, longer), apart(longer, level)) == pytest.approx((8.0, 8.0), abs=1e-6)
+    logs: list[Any] = [SimpleNamespace(position_ecef=np.array(rows)) for rows in (
+        [[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]], [[0.0, 3.0, 4.0], [1.0, 2.0, 3.0], [1.0, 2.0, 5.0]],
+        [[0.0, 0.0, 0.0], [1.0, 2.0, 3.0], [1.0, 14.0, 8.0]])]  # fmt: skip
+    assert [closing._between(logs[0], other) for other in logs] == pytest.approx([0.0, 5.0, 13.0])
+
+
+def test_a_live_flight_goes_on_by_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A second, or a thousandth of what has been flown; half a second more is flown than is final, except at the end.
+    What it sees are the errors of the last row of a solution, at the rate of the guidance."""
+    flights: list[Any] = []
+
+    def fly(until: float, errors: Any) -> tuple[str, bool]:
+        flights.append((until, errors))
+        return f"log {len(flights)}", len(flights) == 3
+
+    flight = LiveFlight.__new__(LiveFlight)
+    first: Any = SimpleNamespace(guidance=plan(rate_hz=4.0).flight.guidance)  # type: ignore[union-attr]
+    vars(flight).update(scenario="s", over=False, _known=0.0, _errors=first, _flying=SimpleNamespace(fly=fly))
+    monkeypatch.setattr(closing, "true_motion", lambda s, errors: SimpleNamespace(log=errors, end=99.0))
+    monkeypatch.setattr(closing, "truth_along", lambda path, s: (s, path.log))
+    monkeypatch.setattr(closing, "sense", lambda s, truth: ("sensed", *truth))
+    assert flight.step() == (("sensed", "s", "log 1"), 1.0)
+    assert (flight.log, flight.over) == ("log 1", False)
+    asked: list[Any] = []
+
+    def errors_at(s: Any, path: Any, sensed: Any, solution: Any, time: Any) -> Any:
+        asked.append((s, path.log, sensed, time.tolist()))
+        return np.arange(24.0).reshape(2, 12)
+
+    monkeypatch.setattr(closing, "_errors_at", errors_at)
+    flight.believe(SimpleNamespace(time=np.array([0.5, 0.75])))  # type: ignore[arg-type]
+    assert asked == [("s", "log 1", ("sensed", "s", "log 1"), [0.5, 0.75])]
+    believed = flight._errors
+    assert (believed.guidance, believed.values.tolist()) == (first.guidance, [list(np.arange(12.0, 24.0))])
+    vars(flight)["_known"] = 2000.0
+    assert flight.step() == (("sensed", "s", "log 2"), 2002.0)
+    assert flight.step() == (("sensed", "s", "log 3"), 99.0)
+    assert flight.over
+    assert flights == [(1.5, first), (2002.5, believed), (pytest.approx(2002.0 + 2.002 + 0.5), believed)]
+
+
+def test_the_airspeed_at_the_instant_of_a_reading(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It grows from 80 m/s at 10 s by 4 m/s²; readings of 85 and 87.5 m/s at 11 and 12 s arrive 0.25 s later."""
+    measurements = SimpleNamespace(arrival=np.array([11.25, 12.25]), value=np.array([[85.0], [87.5]]))
+    sensor = SimpleNamespace(latency_s=0.25, read=lambda vehicle: (SimpleNamespace(measurements=measurements),))
+    monkeypatch.setattr(closing, "air_sensors", lambda scenario: {"airspeed": sensor})
+    channel = SimpleNamespace(time=np.array([10.0, 20.0]), values=np.array([80.0, 120.0]))
+    path: Any = SimpleNamespace(start=10.0, channels={"airspeed_mps": channel})
+    time, arrival, errors = closing._readings(plan(), path)["airspeed"]
+    np.testing.assert_allclose((time, arrival, errors), ([1.0, 2.0], [1.25, 2.25], [1.0, -0.5]), rtol=1e-12)
+
+
+def test_every_error_of_a_solution_has_its_column(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The vehicle is rolled by 4°, and 6° in the solution, and the block is turned by 90° in it."""
+    half, quarter = math.sqrt(0.5), np.array([math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)])
+
+    def turned(roll: float) -> Any:
+        c, s = math.cos(math.radians(roll) / 2.0), math.sin(math.radians(roll) / 2.0)
+        return np.array([[c * half, s * half, -s * half, c * half]])  # roll, then a quarter about down
+
+    one = np.ones(1)
+    here = NavState(1.0 * one, 2.0 * one, 300.0 * one, np.array([[1.0, 2.0, 3.0]]), turned(4.0))
+    rows = [np.concatenate([9.0 * one, value * one]) for value in (1.1, 2.3, 305.0)]
+    velocity = np.array([[9.0] * 3, [1.5, 2.25, 2.0]])
+    there = NavSolution(np.array([5.0, 7.0]), *rows, velocity, np.vstack([turned(0.0), turned(6.0)]), np.zeros(2))
+    asked: list[Any] = []
+    path: Any = SimpleNamespace(state=lambda time: asked.append(time.tolist()) or here)
+    monkeypatch.setattr(closing, "mounting", lambda scenario: SimpleNamespace(q_bs=quarter))
+    (errors,) = closing._state_errors(plan(), path, there, np.ones(1, np.intp))
+    assert asked == [[7.0]]
+    np.testing.assert_allclose(errors, [0.1, 0.3, 5.0, 0.5, 0.25, -1.0, math.radians(2.0), 0.0, 0.0], atol=1e-12)

@@ -648,3 +648,131 @@ def test_a_perfect_navigator_passes_when_the_flight_does(run: sinssim.Run, monke
     ((miss, time, right),) = kept.passages(run.scenario, run.truth)
     assert (miss, time) == (perfect[0], 60.0)
     assert right == pytest.approx([0.0, 1.0], abs=1e-3)  # to the right of a way to the north
+
+
+M60, N60 = 6383453.857, 6394209.174
+"""a(1 − e²)/W³ and a/W at 60°, where the cosine is a half."""
+AT60, AT200 = math.pi / 3.0, math.radians(200.0)
+
+
+def flown_over(time: Any) -> NavState:
+    """Return 60° N and 200° E, 1000 m high, left to the north with 10 m/s at 100 s; level, heading north."""
+    at = np.asarray(time, float)
+    north = 10.0 * (at - 100.0)
+    velocity, q = np.tile([10.0, 0.0, 0.0], (len(at), 1)), np.tile([1.0, 0.0, 0.0, 0.0], (len(at), 1))
+    return NavState(AT60 + north / (M60 + 1000.0), np.full(len(at), AT200), np.full(len(at), 1000.0), velocity, q)
+
+
+def meridian(*height: float) -> PlannedTrack:
+    """Return a kilometre to the north from there, 6 m to the west, with the height 1000 m for its lengths."""
+    latitude, west = AT60 + np.array([-100.0, 900.0]) / (M60 + 1000.0), 6.0 / ((N60 + 1000.0) * 0.5)
+    return PlannedTrack(latitude, np.full(2, AT200 - west), np.array(height), 1000.0)
+
+
+def test_the_errors_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The block is 4 m to the right and 1 m below the centre, which is 2 m to the right of the path and 1 m above the
+    block. The solution is 5 m north, 3 m west and 7 m above the block; it has rows at 100, 100.4 and 101.2 s."""
+    mounted = SimpleNamespace(lever_arm_m=(0.0, 4.0, 1.0), q_bs=np.array([1.0, 0.0, 0.0, 0.0]))
+    monkeypatch.setattr(kept, "mounting", lambda scenario: mounted)
+    truth: Any = SimpleNamespace(trajectory=SimpleNamespace(start=100.0, end=102.5, state=flown_over))
+    at = np.array([100.0, 100.4, 101.2])
+    true, none = flown_over(at), np.zeros(3)
+    solution = NavSolution(at, true.latitude + 5.0 / (M60 + 1000.0), true.longitude - 3.0 / ((N60 + 1000.0) * 0.5),
+                           true.height + 7.0, true.velocity_ned, true.q_nb, none)  # fmt: skip
+    pieces = [Piece(0, 0, 99.0, 100.2, meridian(990.0, 990.0)), Piece(2, 0, 100.2, 102.0, meridian(math.nan, math.nan))]
+    none_yet: Any = None
+    found = path_errors(none_yet, truth, pieces, solution, np.array([99.5, 100.0, 101.0]))
+    assert found.time.tolist() == [99.5, 100.0, 100.4]
+    assert found.leg.tolist() == [0, 0, 2]
+    unknown = [math.nan] * 3
+    np.testing.assert_allclose(found.nse, [unknown, [-3.0, 5.0, 7.0], [-3.0, 5.0, 7.0]], atol=2e-3)
+    np.testing.assert_allclose(found.tse, [[2.0, math.nan, 11.0], [2.0, -5.0, 11.0], [2.0, -5.0, math.nan]], atol=2e-3)
+    np.testing.assert_allclose(found.fte, [unknown, [-1.0, 0.0, 18.0], [-1.0, 0.0, math.nan]], atol=2e-3)
+    north = (found.planned[:, 0] - AT60) * (M60 + 1000.0)
+    np.testing.assert_allclose(north, [-5.0, 0.0, 4.0], atol=2e-3)
+    np.testing.assert_allclose((AT200 - found.planned[:, 1]) * (N60 + 1000.0) * 0.5, 6.0, atol=2e-3)
+    np.testing.assert_allclose(found.planned[:, 2], [990.0, 990.0, math.nan], atol=1e-6)
+    assert path_errors(none_yet, truth, pieces, None).time.tolist() == [100.0, 101.0, 102.0, 102.5]
+
+
+ROUTE = [{"latitude_deg": 60.0, "longitude_deg": 10.0, "name": "A"}, {"latitude_deg": 61.0, "longitude_deg": 12.0}]
+
+
+def route(**more: Any) -> FlightPlan:
+    """Return a route with a named place and one without a name, a hold, and a waypoint "C"."""
+    start = {"on": "air", "latitude_deg": 59.0, "longitude_deg": 9.0, "altitude_m": 500.0}
+    last = {"type": "waypoint", "latitude_deg": 62.0, "longitude_deg": 13.0, "name": "C"}
+    legs = [{"type": "waypoint", "waypoints": ROUTE}, {"type": "hold", "duration_s": 9.0}, last]
+    return FlightPlan.model_validate({"aircraft": "c172x", "start": start, "legs": legs, **more})
+
+
+def test_the_columns_of_waypoints() -> None:
+    """A place without a name has its number alone; numbers are from 1, and small letters do."""
+    flight = route()
+    assert kept.waypoints_of(flight) == ["A", "", "C"]
+    texts = {"": "tse_m", "A": "miss_1_m", "C": "miss_3_m", "Waypoint 2": "miss_2_m", "waypoint 3": "miss_3_m"}
+    found = {
+        place: kept.path_column(flight, Quantity("miss" if place else "tse", "run", place=place)) for place in texts
+    }
+    assert found == texts
+    for place in ("waypoint 0", "waypoint 4", "B"):
+        with pytest.raises(InputError) as error:
+            kept.path_column(flight, Quantity("miss", "run", place=place))
+        assert str(error.value) == (
+            f"'miss({place})': there is no '{place}' in this flight; it has waypoint 1, waypoint 2, waypoint 3, A or C."
+        )
+    scenario: Any = SimpleNamespace(flight=flight)
+    assert kept.path_columns(scenario) == ()
+    judged: Any = SimpleNamespace(flight=route(rnp=1))
+    assert kept.path_columns(judged) == (
+        "tse_m",
+        "nse_m",
+        "fte_m",
+        "tse_vertical_m",
+        "miss_1_m",
+        "miss_2_m",
+        "miss_3_m",
+    )
+
+
+def test_how_waypoints_are_passed() -> None:
+    """30 m/s north and 40 m/s west; the waypoint is 100 m north and 50 m east of where the navigator has reached it:
+    100 · 0.6 − 50 · 0.8 m are to go, and it is passed 100 · 0.8 + 50 · 0.6 m to its left. The last one is not reached.
+    """
+    flight = route()
+    one = np.ones(1)
+    east = math.radians(10.0) - 50.0 / ((N60 + 800.0) * 0.5)
+    here = NavState((AT60 - 100.0 / (M60 + 800.0)) * one, east * one, 800.0 * one, np.array([[30.0, -40.0, 1.0]]),
+                    np.eye(4)[:1])  # fmt: skip
+    events = [FlightEvent(70.0, "leg 1 (waypoint) ends"), FlightEvent(79.0, "leg 2 (hold) ends")]
+    path: Any = SimpleNamespace(events=events, state=lambda time: here, ellipsoid=WGS84)
+    none: Any = None
+    pieces = [Piece(0, 0, 0.0, 40.0, none), Piece(0, 1, 40.0, 70.0, none), Piece(1, 0, 70.0, 79.0, none),
+              Piece(2, 0, 79.0, 99.0, none)]  # fmt: skip
+    scenario: Any = SimpleNamespace(flight=flight)
+    truth: Any = SimpleNamespace(trajectory=path)
+    first, second = misses(scenario, truth, pieces)
+    assert (first.number, first.name, first.time) == (1, "A", 40.0)
+    assert (second.number, second.name, second.time) == (2, "waypoint 2", 70.0)
+    assert (first.to_go, first.right) == pytest.approx((20.0, -110.0), abs=0.02)
+    assert (second.latitude, second.longitude) == pytest.approx((math.radians(61.0), math.radians(12.0)))
+    single: Any = SimpleNamespace(flight=flight.model_copy(update={"legs": (flight.legs[1], WaypointLeg.model_validate(
+        {"type": "waypoint", "latitude_deg": 62.0, "longitude_deg": 13.0}))}))  # fmt: skip
+    over = SimpleNamespace(events=[FlightEvent(9.0, "leg 2 (waypoint) ends")], state=path.state, ellipsoid=WGS84)
+    ended: Any = SimpleNamespace(trajectory=over)
+    (only,) = misses(single, ended, [Piece(1, 0, 5.0, 9.0, none)])
+    assert only.name == "leg 2"
+
+
+def test_the_corridor_of_one_leg_by_hand() -> None:
+    """0.3 nmi are 555.6 m; three of four seconds are within, from 12 s on it is outside; NaN is not judged."""
+    tse = np.full((6, 3), 9e9)
+    tse[:, 0] = 1e6, 555.0, -556.0, 0.0, -555.0, math.nan
+    errors = PathErrors(np.arange(10.0, 16.0), np.array([0, 2, 2, 2, 2, 2]), tse, tse, tse, tse)
+    start = {"on": "air", "latitude_deg": 59.0, "longitude_deg": 9.0, "altitude_m": 500.0}
+    hold = {"type": "hold", "duration_s": 9.0}
+    flight = FlightPlan.model_validate(
+        {"aircraft": "c172x", "start": start, "legs": [hold, hold, {**hold, "rnp": 0.3}]}
+    )
+    (only,) = containments(flight, errors)
+    assert only == (2, 0.3, 4.0, 0.75, 12.0)

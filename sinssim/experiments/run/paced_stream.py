@@ -246,9 +246,10 @@ class LastSolution:
         return self._row.get("time_s", -math.inf)
 
     def _read(self) -> None:
-        columns, _ = columns_of_answers(self._listener.fresh())
-        if {"time_s", *STATE_COLUMNS} <= columns.keys() and columns["time_s"][-1] > self._time:
-            self._row = {name: values[-1] for name, values in columns.items()}
+        for answer in self._listener.fresh():  # another one may have other columns
+            columns, _ = columns_of_answers([answer])
+            if {"time_s", *STATE_COLUMNS} <= columns.keys() and columns["time_s"][-1] > self._time:
+                self._row = {name: values[-1] for name, values in columns.items()}
 
 
 @contextmanager

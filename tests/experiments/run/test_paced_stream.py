@@ -777,7 +777,7 @@ def test_sigmas_that_are_not_all_known_are_left_out() -> None:
     assert [values[0] for values in columns.values()] == [float(k) for k in range(1, 12)]
 
 
-def fixes_of(**more: Any) -> list[tuple[float, tuple[Any, ...]]]:
+def fixes_of(first: float = 0.0, **more: Any) -> list[tuple[float, tuple[Any, ...]]]:
     """Return the fields of both messages of a fix at 2.5 s that arrives at 3 s, at 46° N, 170° W and 1234.5 m.
 
     Time 0 of the run is a quarter of a second before the GPS week 2400.
@@ -785,7 +785,7 @@ def fixes_of(**more: Any) -> list[tuple[float, tuple[Any, ...]]]:
     common = pytest.importorskip("pymavlink.dialects.v20.common")
     fix = FixStream(np.array([2.5]), np.radians([46.0]), np.radians([190.0]), np.array([1234.5]), **more)
     of: Any = SimpleNamespace(
-        fixes=lambda name: (np.array([3.0]), fix), imu=SimpleNamespace(time=np.zeros(1)),
+        fixes=lambda name: (np.array([3.0]), fix), imu=SimpleNamespace(time=np.array([first])),
         content=SimpleNamespace(start_gps_s=2400 * 604_800 - 0.25),
     )  # fmt: skip
     link = SimpleNamespace(hil_gps_encode=lambda *fields: fields, gps_input_encode=lambda *fields: fields)
@@ -812,12 +812,17 @@ def test_what_a_fix_does_not_tell() -> None:
     assert gps[11:] == (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 255)
 
 
+def test_a_fix_that_arrives_before_the_first_sample_goes_out_with_it() -> None:
+    assert [due for due, _ in fixes_of(4.5)] == [4.5, 4.5]
+
+
 @pytest.mark.parametrize(
     ("name", "columns", "kind", "arm"),
     [
         ("gnss_position", ("latitude_rad", "longitude_rad", "height_m"), "gnss-position", [0.5, 0.0, -1.5]),
         ("gnss_2_velocity", ("velocity_n_mps", "velocity_e_mps", "velocity_d_mps"), "gnss-velocity", [7.0, 8.0, 9.0]),
         ("baro", ("height_m",), "baro-height", [0.0, 0.0, 0.0]),
+        ("gnss_2_position", ("latitude_rad", "longitude_rad", "height_m"), "gnss-position", [7.0, 8.0, 9.0]),
     ],
 )
 def test_readings_as_the_protocol_has_them(name: str, columns: tuple[str, ...], kind: str, arm: list[float]) -> None:
@@ -860,3 +865,236 @@ def test_what_a_heartbeat_says() -> None:
     link = SimpleNamespace(heartbeat_encode=lambda *fields: fields)
     of: Any = SimpleNamespace(imu=SimpleNamespace(time=np.array([5.0])), end=7.0)
     assert list(_heartbeats(link, common, of, 1.0)) == [(at, (0, 8, 32, 0, 4)) for at in (5.0, 6.0, 7.0)]
+
+
+def answered(instant: float, *, stated: bool = False) -> bytes:
+    """Return a solution of the protocol, of 96 bytes, or of 224 with what else it states."""
+    numbers = [instant, *range(1, 11), *([0.5] * 16 if stated else [])]
+    return struct.pack(f"<HHI{len(numbers)}d", 6, 0, 8 * len(numbers), *numbers)
+
+
+HEAD = b"SINSSIM\0" + struct.pack("<II", 1, 0)
+
+
+@pytest.mark.parametrize(
+    ("heard", "before", "end"),
+    [
+        (b'{"a": 1}\n{"b": 2}\n{"c', 9, 18), (b'{"a": 1}', 0, 0),
+        (HEAD, 0, 0), (HEAD[:9], 0, 0), (HEAD + answered(1.0)[:95], 0, 16), (HEAD + answered(1.0), 0, 112),
+        (HEAD + answered(1.0) + answered(2.0, stated=True) + answered(3.0)[:7], 112, 336), (answered(1.0), 0, 96),
+        (answered(1.0) + b"GARBAGE?", 0, 96),
+    ],
+)  # fmt: skip
+def test_where_the_last_whole_answer_ends(heard: bytes, before: int, end: int) -> None:
+    """A solution has 8 bytes of head and 11 or 27 numbers; the header has 16 bytes."""
+    assert paced_stream._whole(bytearray(heard), before) == end
+
+
+def heard_by(scheme: str, *heard: bytes) -> Any:
+    """Return a listener that has heard something, without a socket."""
+    listener = paced_stream.Listener.__new__(paced_stream.Listener)
+    vars(listener).update(place=paced_stream.Place(scheme, LOOPBACK, 9), _heard=[bytearray(h) for h in heard],
+                          _used=Counter(), last=0.0)  # fmt: skip
+    return listener
+
+
+def test_what_is_fresh_of_connections_and_datagrams() -> None:
+    """Each whole answer once; what has come in part comes when it is whole."""
+    one, two = answered(1.0), answered(2.0)
+    listener = heard_by("tcp", HEAD + one + two[:50], b'{"a": 1}\n\n{"b')
+    assert listener.fresh() == [HEAD + one, b'{"a": 1}']
+    assert listener.fresh() == []
+    listener._heard[0] += two[50:] + one
+    listener._heard[1] += b'": 2}\n'
+    assert listener.fresh() == [two + one, b'{"b": 2}']
+    assert listener.answers == [HEAD + one + two + one, b'{"a": 1}', b'{"b": 2}']
+    datagrams = heard_by("udp", b"a", b"b")
+    assert datagrams.fresh() == [b"a", b"b"]
+    datagrams._heard.append(bytearray(b"c"))
+    assert datagrams.fresh() == [b"c"]
+    assert datagrams.answers == [b"a", b"b", b"c"]
+
+
+def test_the_last_solution_is_not_of_the_future() -> None:
+    """Of 2 s, then of 3 s, which is not known before samples until then were sent; an older one changes nothing."""
+    listener = heard_by("udp", answered(2.0))
+    last = paced_stream.LastSolution(listener, paced=True)
+    found = last(2.5)
+    assert found is not None
+    assert found.time.tolist() == [2.0]
+    assert (found.latitude.tolist(), found.longitude.tolist(), found.height.tolist()) == ([1.0], [2.0], [3.0])
+    assert (found.velocity_ned.tolist(), found.q_nb.tolist()) == ([[4.0, 5.0, 6.0]], [[7.0, 8.0, 9.0, 10.0]])
+    listener._heard += [bytearray(answered(3.0)), bytearray(answered(1.0)), bytearray(b'{"time_s": 9, "height_m": 1}')]
+    assert last(2.5) is None
+    later = last(3.0)
+    assert later is not None
+    assert later.time.tolist() == [3.0]
+    assert paced_stream.LastSolution(heard_by("udp"), paced=True)(5.0) is None
+
+
+def test_the_columns_of_answers_that_differ() -> None:
+    """In order of time; of one instant the last counts; only what all of them have."""
+    answers = [b'{"time_s": 3, "height_m": 30, "b": 1}\n{"time_s": 1, "height_m": 10, "c": true}',
+               b'{"time_s": 3, "height_m": 31, "a": 2}', b" [1]"]  # fmt: skip
+    columns, faults = columns_of_answers(answers)
+    assert columns == {"time_s": [1.0, 3.0], "height_m": [10.0, 31.0]}
+    assert len(faults) == 1
+
+
+def test_what_a_listener_says_of_its_place() -> None:
+    assert str(paced_stream.Place("udp", "::1", 5)) == "udp://[::1]:5"
+    assert str(paced_stream.Place("tcp", LOOPBACK, 6)) == "tcp://127.0.0.1:6"
+    assert str(paced_stream.Place("pty")) == "pty:"
+
+
+def test_the_lines_of_json_by_hand() -> None:
+    """Samples from 10 s on; a reading that arrives before them goes out with the beginning, the state is of 10.5 s."""
+    rows = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
+    imu = ImuData(np.array([10.0, 10.5, 10.75]), 0.1 * rows, 0.5 * rows)
+    start = NavState(1.0, 3.5, 200.0, np.array([7.0, -8.0, 9.0]), np.array([0.5, -0.5, 0.5, -0.5]))
+    baro = {
+        "time_s": np.array([9.0, 10.25]),
+        "height_m": np.array([201.0, math.nan]),
+        "arrival_s": np.array([9.5, 10.625]),
+    }
+    of: Any = SimpleNamespace(imu=imu, start=(10.5, start), sensors=["baro"], readings=lambda name: baro, end=10.75)
+    begin, early, first, reading, second, end = FORMS["json"](of, 1.0)
+    assert [p.time for p in (begin, early, first, reading, second, end)] == [10.0, 10.0, 10.5, 10.625, 10.75, 10.75]
+    assert json.loads(begin.data) == {
+        "type": "begin", "time_s": 10.5, "latitude_rad": 1.0, "longitude_rad": 3.5, "height_m": 200.0,
+        "velocity_n_mps": 7.0, "velocity_e_mps": -8.0, "velocity_d_mps": 9.0, "q_nb_w": 0.5, "q_nb_x": -0.5,
+        "q_nb_y": 0.5, "q_nb_z": -0.5,
+    }  # fmt: skip
+    assert json.loads(early.data) == {"type": "baro", "time_s": 9.0, "height_m": 201.0, "arrival_s": 9.5}
+    assert json.loads(reading.data) == {"type": "baro", "time_s": 10.25, "height_m": None, "arrival_s": 10.625}
+    numbers = [10.75, 0.25, 0.4, 0.5, 0.6, 2.0, 2.5, 3.0]
+    names = [
+        "time_s",
+        "interval_s",
+        "dtheta_x_rad",
+        "dtheta_y_rad",
+        "dtheta_z_rad",
+        "dvel_x_mps",
+        "dvel_y_mps",
+        "dvel_z_mps",
+    ]
+    assert json.loads(second.data) == {
+        "type": "imu",
+        **{n: pytest.approx(v) for n, v in zip(names, numbers, strict=True)},
+    }
+    assert (end.kind, json.loads(end.data), first.kind) == ("end", {"type": "end", "time_s": 10.75}, "imu")
+    assert end.data.endswith(b"}\n")
+
+
+def test_the_true_state_by_hand() -> None:
+    """At 60° N and 200° E, heading east: the Earth turns by ω/2 to the north, on the left, and by −√0.75 ω downwards.
+    The speed to the east grows by 0.5 m/s², which is ahead, and the one to the north by 0.25 m/s², on the left."""
+    half = math.sqrt(0.5)
+    time = np.array([5.0, 5.5, 6.0])
+    velocity = np.array([[1.0, -20.0, 0.5], [1.125, -19.75, 0.5], [1.25, -19.5, 0.5]])
+    motion = SimpleNamespace(time=time, latitude=np.full(3, math.pi / 3), longitude=np.full(3, math.radians(200.0)),
+                             height=np.full(3, 1234.5), velocity_ned=velocity,
+                             q_nb=np.tile([half, 0.0, 0.0, half], (3, 1)))  # fmt: skip
+    motion_of: Any = type("Motion", (SimpleNamespace,), {"__len__": lambda self: 3})(**vars(motion))
+    gyro = np.array([[0.01, 0.02, 0.03], [0.04, 0.05, 0.06]])
+    ideal_of = type("Ideal", (SimpleNamespace,), {"__len__": lambda self: 2})
+    ideal = ideal_of(time=np.array([5.5, 6.0]), gyro=gyro, interval=np.full((2, 1), 0.5))
+    asked: list[str] = []
+    table = {
+        "time_s": np.array([0.0, 10.0]),
+        "airspeed_mps": np.array([100.0, 110.0]),
+        "calibrated_airspeed_mps": np.array([80.0, 90.0]),
+    }
+    run = SimpleNamespace(increments=lambda name: asked.append(name) or ideal, inertial=["measured", "ideal"],
+                          ellipsoid="wgs84", streams=lambda name: [""], table=lambda name: table)  # fmt: skip
+    link = SimpleNamespace(hil_state_quaternion_encode=lambda *fields: fields)
+    of: Any = SimpleNamespace(content=SimpleNamespace(motion=motion_of), run=run)
+    first, _, last = _true_states(link, of)
+    assert asked == ["ideal"]
+    omega = 7.292115e-5
+    for (at, fields), rates in ((first, [0.02, 0.04, 0.06]), (last, [0.08, 0.10, 0.12])):
+        assert fields[0] == round(1e6 * at)
+        assert list(fields[2:5]) == pytest.approx(
+            [rates[0], rates[1] + 0.5 * omega, rates[2] + 0.75**0.5 * omega], rel=1e-9
+        )
+    assert (first[0], last[0]) == (5.0, 6.0)
+    assert last[1][1] == pytest.approx([half, 0.0, 0.0, half])
+    assert last[1][5:8] == (600_000_000, -1_600_000_000, 1_234_500)
+    assert last[1][8:11] == (125, -1950, 50)
+    assert last[1][11:13] == (8600, 10600)  # the calibrated airspeed is the indicated one
+    assert last[1][13:] == (51, -25, 0)  # of 9.80665 mm/s²
+
+
+def test_the_samples_of_a_sensor_by_hand() -> None:
+    """Means over half a second and a quarter; ICAO's atmosphere at 1000 m of geopotential has 898.75 hPa and 8.5 °C.
+
+    A height of 1000 · R/(R − 1000) m has that geopotential, with R = 6 356 766 m.
+    """
+    common = pytest.importorskip("pymavlink.dialects.v20.common")
+    rows = np.array([[1.0, -2.0, 3.0], [4.0, 5.0, -6.0]])
+    imu = ImuData(np.array([10.0, 10.5, 10.75]), 0.1 * rows, 0.5 * rows)
+    height = 1000.0 * 6356766.0 / 6355766.0
+    baro = {"arrival_s": np.array([10.5]), "height_m": np.array([height])}
+    run = SimpleNamespace(streams=lambda name: [])
+    of: Any = SimpleNamespace(imu=imu, sensors=["baro"], readings=lambda name: baro, run=run)
+    link = SimpleNamespace(hil_sensor_encode=lambda *fields: fields)
+    (at, first), (later, second) = _hil_sensors(link, common, of)
+    assert (at, later, first[0], second[0]) == (10.5, 10.75, 10_500_000, 10_750_000)
+    assert first[1:7] == pytest.approx((1.0, -2.0, 3.0, 0.2, -0.4, 0.6))
+    assert second[1:7] == pytest.approx((8.0, 10.0, -12.0, 1.6, 2.0, -2.4))
+    for fields in (first, second):
+        assert fields[10:14] == pytest.approx((898.746, 0.0, height, 8.5), abs=2e-3)
+    assert (first[14], second[14]) == (0x3F | 1 << 9 | 1 << 11 | 1 << 12, 0x3F)
+
+
+def test_the_messages_of_a_live_flight(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two steps, of which the first is final until 1 s and the second until 2.5 s. The second is flown by the solution
+    of then, and has the readings that arrive after 1 s alone."""
+    from sinssim.data import Measurements
+    from sinssim.simulation import foreign_navigator, navigation_stage
+
+    edges = np.array([0.0, 0.5, 1.0, 1.75, 2.5, 3.0])
+    imu = ImuData(edges, np.outer(np.arange(5.0), np.ones(3)), np.outer(10.0 * np.arange(5.0), np.ones(3)))
+    told: list[Any] = []
+    flight: Any = SimpleNamespace(scenario=SimpleNamespace(aiding=None), over=False, believe=told.append)
+
+    def step() -> Any:
+        flight.over = bool(told)
+        return SimpleNamespace(imu=imu, truth=SimpleNamespace(ellipsoid="e")), 2.5 if told else 1.0
+
+    flight.step = step
+    begins: list[Any] = []
+
+    def first_of(scenario: Any, ellipsoid: Any, zero: Any, new: ImuData, state: Any) -> dict[str, Any]:
+        begins.append((ellipsoid, zero, new.time.tolist(), new.dtheta[:, 0].tolist(), new.dvel[:, 0].tolist(), state))
+        return {name: np.zeros(BEGIN_TYPE[name].shape) for name in BEGIN_TYPE.names if name not in (
+            "gravity", "rates", "stepwise", "sensors", "zero")} | {"gravity": "normal"}  # fmt: skip
+
+    at = np.array([0.25, 0.75, 1.5])
+    m = Measurements("baro-height", at, at + 0.25, np.array([[5.0], [6.0], [7.0]]), np.ones((3, 1)), name="b")
+    monkeypatch.setattr(foreign_navigator, "first_message", first_of)
+    monkeypatch.setattr(foreign_navigator, "readings_by_name", lambda *given: {"b": [m]})
+    monkeypatch.setattr(navigation_stage, "first_state", lambda scenario, truth: "state")
+    asked: list[float] = []
+
+    def solution(sent: float) -> Any:
+        asked.append(sent)
+        return None if len(asked) == 1 else "solution"
+
+    made = list(live_packets(flight, "2026-01-01T00:00:00", False, solution))
+    assert [(p.time, p.kind) for p in made] == [
+        (0.0, "begin"),
+        (0.5, "imu"),
+        (1.0, "imu"),
+        (1.75, "imu"),
+        (2.5, "imu"),
+        (2.5, "end"),
+    ]
+    assert (asked, told) == ([-math.inf, 1.0], ["solution"])
+    zero = 2399 * 604_800 + 4 * 86_400 + 18
+    assert begins == [
+        ("e", pytest.approx(zero), [0.0, 0.5, 1.0], [0.0, 1.0], [0.0, 10.0], "state"),
+        ("e", pytest.approx(zero), [1.0, 1.75, 2.5], [2.0, 3.0], [20.0, 30.0], "state"),
+    ]
+    read = [[struct.unpack_from("<4d", p.data, 80)[2] for _ in p.data[80:81]] for p in made if p.kind == "imu"]
+    assert read == [[5.0], [6.0], [7.0], []]

@@ -11,7 +11,20 @@ import pytest
 
 from sinssim.data import NavSolution, NavState
 from sinssim.earth import WGS84, geodetic_to_ecef
-from sinssim.experiments.run.track_map import Projection, Track, _outlines, degrees, track_map
+from sinssim.experiments.run.track_map import (
+    Projection,
+    Track,
+    _Frame,
+    _frame,
+    _outlines,
+    _round,
+    _scales,
+    _shown,
+    _sides,
+    _within,
+    degrees,
+    track_map,
+)
 from sinssim.recording import style
 from sinssim.recording.svg_chart import html_of
 
@@ -199,3 +212,72 @@ def test_an_outage_is_marked_on_the_track_and_named():
     along = [(n - ends[0]) / (ends[1] - ends[0]) for n in north]
     assert along == pytest.approx([0.20, 0.39], abs=0.01)  # rows of 20 s to 39 s: the fix of 40 s is back
     assert "no GNSS" not in draw_map(time, truth, {}, ["#009e73"], WGS84)
+
+
+def test_the_frame_of_points():
+    """400 m east by 1000 m north, with 8 % of margin: 420 px are 1160 m, and 488 px about the middle at 100 m east."""
+    frame = _frame(np.array([-100.0, 300.0, 50.0]), np.array([1500.0, 500.0, 700.0]))
+    pixel = 1160.0 / 420.0
+    assert (frame.width, frame.height) == pytest.approx((488.0 * pixel, 1160.0))
+    assert (frame.west, frame.north) == pytest.approx((100.0 - 244.0 * pixel, 1580.0))
+    x, y = frame.pixels(np.array([100.0, frame.west]), np.array([500.0, 1580.0]))
+    assert (x.tolist(), y.tolist()) == ([pytest.approx(244.0), 0.0], [pytest.approx(1080.0 / pixel), 0.0])
+    east = frame.west + np.array([-1.0, 1.0, 1.0, 1.0, frame.width + 1.0])
+    assert frame.shows(east, np.array([1000.0, 1000.0, 1581.0, 419.0, 1000.0])).tolist() == [False, True] + [False] * 3
+    wide = _frame(np.array([-9760.0, 0.0]), np.array([3.0, 5.0]))
+    assert (wide.width, wide.north) == pytest.approx((9760.0 * 1.16, 4.0 + 210.0 * 1.16 * 20.0))
+    point = _frame(np.array([7.0]), np.array([-3.0]))  # at least 100 m
+    assert (point.height, point.west, point.north) == pytest.approx((100.0, 7.0 - 50.0 * 488.0 / 420.0, 47.0))
+
+
+def test_how_far_a_solution_widens_the_map():
+    """A motion up to 8 km away shows a solution up to 16 km, one of 3 km up to 10 km."""
+    line = (np.array([0.0, 3.0, 12.0, 12.0, 9.0]) * 1e3, np.array([0.0, 4.0, 10.0, 11.0, 1.0]) * 1e3)
+    for reach, shown in ((8e3, [0.0, 3e3, 12e3, 9e3]), (3e3, [0.0, 3e3, 9e3])):
+        east, north = _shown(np.array([0.0, 0.6 * reach]), np.array([0.0, -0.8 * reach]), [line])
+        assert east.tolist() == pytest.approx([0.0, 0.6 * reach, *shown])
+        assert north[:2].tolist() == pytest.approx([0.0, -0.8 * reach])
+        assert len(north) == len(east)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "angles"),
+    [(10.2, 13.4, [11.0, 12.0, 13.0]), (-40.0, 50.0, [-30.0, 0.0, 30.0]), (0.1, 1.7, [0.5, 1.0, 1.5]),
+     (-0.02, 0.03, [-1.0 / 60.0, 0.0, 1.0 / 60.0]), (178.5, 184.6, [180.0, 182.0, 184.0])],
+)  # fmt: skip
+def test_round_angles_of_a_range(low, high, angles):
+    """At least three steps are in the range; the least step is a minute of arc."""
+    assert _round(low, high) == pytest.approx(angles)
+
+
+def test_on_which_side_names_stand():
+    """To the right; to the left at the right edge of 488 px, and where the right is taken. A letter is 8 px wide, and
+    names 14 px apart in height do not meet."""
+    assert _sides([(5, 100.0, 50.0), (5, 450.0, 80.0), (5, 439.0, 200.0)]) == [False, True, False]
+    assert _sides([(5, 100.0, 50.0), (5, 90.0, 63.0)]) == [False, True]
+    assert _sides([(5, 100.0, 50.0), (5, 90.0, 64.0)]) == [False, False]
+    assert _sides([(5, 30.0, 50.0), (5, 20.0, 50.0)]) == [False, False]  # there is no room to the left
+    assert _sides([(10, 300.0, 50.0), (10, 400.0, 50.0), (5, 290.0, 50.0)]) == [
+        True,
+        True,
+        False,
+    ]  # that at the edge has no choice
+
+
+def test_the_scales_of_a_map():
+    """A fifth of 10 km is 2 km, of its 5.4 nmi 1 nmi: bars that end 8 px from the right edge, one below the other."""
+    km, _, nmi, _ = marks = list(_scales(_Frame(488.0 / 10_000.0, -3000.0, 4000.0)))
+    pixel = 10_000.0 / 488.0
+    right = 7000.0 - 8.0 * pixel
+    for number, (bar, length) in enumerate(((km, 2000.0), (nmi, 1852.0))):
+        assert bar.x.tolist() == pytest.approx([right - length] * 2 + [right] * 2)
+        foot = 4000.0 - (14.0 + 16.0 * number) * pixel
+        assert bar.y.tolist() == pytest.approx([foot + 4.0 * pixel, foot, foot, foot + 4.0 * pixel])
+    assert [(mark.text, mark.left) for mark in marks[1::2]] == [("2 km", True), ("1 nmi", True)]
+
+
+def test_rows_of_a_track_within_spans():
+    """The row at the end of a span is not in it; a span with a single row is left out."""
+    track = Track("t", np.array([10.0, 11.0, 12.0, 13.0]), 0.1 * np.arange(4.0), -0.2 * np.arange(4.0))
+    ((latitude, longitude),) = _within(track, [(11.0, 13.0), (9.0, 11.0)])
+    assert (latitude.tolist(), longitude.tolist()) == ([0.1, 0.2], [-0.2, -0.4])

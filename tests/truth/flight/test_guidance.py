@@ -115,3 +115,41 @@ def test_between_two_steps_a_heading_passes_north_by_the_short_way() -> None:
     middle = np.array(navigator._at(1.5))
     assert np.degrees(middle[[6, 8]]) == pytest.approx([180.0, 360.0])
     assert middle[[0, 7, 9, 11]] == pytest.approx(0.5)
+
+
+def test_the_solution_before_an_instant_has_its_own_row() -> None:
+    """At 10.75 s with a latency of 0.25 s and two solutions a second: that of 10.5 s, the twenty-first, and its state.
+
+    50 m/s on a course of 306.87° are 30 m/s north and 40 m/s west; a roll to the left has no end at 360°.
+    """
+    errors = np.outer(np.arange(30.0), ERROR)
+    navigator = Navigator(SolutionErrors(Guidance(rate_hz=2.0, latency_s=0.25), errors), 0.25)
+    course = 2.0 * math.pi - math.atan2(4.0, 3.0)
+    for t in (10.0, 10.25, 10.5, 10.75):
+        m = AircraftState(
+            time=t, phi=-0.1 * t, theta=0.01 * t, psi=0.3, p=0.1 * t, q=-0.2, r=0.3, height=100.0 * t, climb=-7.0
+        )
+        navigator.fast(m, 0.02 * t, -0.1 * t, course, 50.0)
+        navigator.slow(m)
+    assert (m.latitude, m.longitude) == pytest.approx((0.21 + 21e-5, -1.05 + 42e-5), rel=1e-12)
+    assert (m.height, m.climb) == pytest.approx((1050.0 + 63.0, -7.0 - 12.6), rel=1e-12)
+    north, east = 30.0 + 8.4, -40.0 - 10.5
+    assert m.ground_speed == pytest.approx(math.hypot(north, east), rel=1e-12)
+    assert m.track == pytest.approx(math.atan2(east, north) + 2.0 * math.pi, rel=1e-12)
+    assert (m.phi, m.theta, m.psi) == pytest.approx((-1.05 + 0.21, 0.105 + 0.42, 0.3 + 0.63), rel=1e-12)
+    assert (m.p, m.q, m.r) == pytest.approx((1.05 + 0.021, -0.2 + 0.042, 0.3 + 0.063), rel=1e-12)
+
+
+def test_a_quarter_of_the_way_between_two_steps() -> None:
+    """Of three steps the two about the instant count; at a step it is the step's own state."""
+    navigator = Navigator(SolutionErrors(Guidance(rate_hz=1.0), np.zeros((3, 12))), 0.5)
+    states = [np.arange(12.0) * factor for factor in (9.0, 1.0, 3.0)]
+    navigator._past.extend((at, tuple(0.01 * state)) for at, state in zip((9.0, 10.0, 12.0), states, strict=True))
+    np.testing.assert_allclose(navigator._at(10.5), 0.015 * np.arange(12.0), rtol=1e-12)
+    np.testing.assert_allclose(navigator._at(10.0), 0.01 * np.arange(12.0), rtol=1e-12)
+    np.testing.assert_allclose(navigator._at(12.0), 0.03 * np.arange(12.0), rtol=1e-12)
+
+
+def test_a_row_that_is_not_finite_is_replaced_whole() -> None:
+    rows = np.array([[np.nan, 1.0], [2.0, 3.0], [4.0, np.inf], [5.0, 6.0]])
+    assert finite_rows(rows).tolist() == [[0.0, 0.0], [2.0, 3.0], [2.0, 3.0], [5.0, 6.0]]

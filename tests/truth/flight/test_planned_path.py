@@ -190,3 +190,81 @@ def test_the_corridor_of_a_leg_is_its_own_or_that_of_the_flight() -> None:
     hold = {"type": "hold", "duration_s": 60.0}
     plan = flight(hold, {**hold, "rnp": 0.3}, {"type": "s_turns", "turns": 1}, rnp=2)
     assert [plan.rnp_of(number) for number in range(3)] == [2.0, 0.3, None]
+
+
+M60, N60 = 6383453.857, 6394209.174
+"""a(1 − e²)/W³ and a/W at 60°, where the cosine is a half."""
+LATITUDE, LONGITUDE = math.pi / 3.0, 200.0 * DEG
+UP = 800.0 / (M60 + 1000.0)
+BEYOND = 0.5 - 0.75**0.5 * UP  # cosine of the latitude 800 m to the north
+
+
+def bend(*, bounded: bool = False) -> PlannedTrack:
+    """Return 800 m to the north and 600 m to the west, 1000 m high, from 60° N and 200° E."""
+    latitude = LATITUDE + np.array([0.0, UP, UP])
+    longitude = LONGITUDE - np.array([0.0, 0.0, 600.0]) / ((N60 + 1000.0) * BEYOND)
+    return PlannedTrack(latitude, longitude, np.array([1000.0, 1080.0, 1380.0]), 1000.0, bounded)
+
+
+def test_places_along_a_bend_far_north_and_beyond_the_date_line() -> None:
+    """80 m before it, half of either way, and 60 m after it; the heights stay beyond the ends."""
+    path = bend()
+    assert path.length == pytest.approx(1400.0, abs=2e-3)
+    assert path.right_at_end == pytest.approx([1.0, 0.0], abs=2e-4)
+    places = path.at(np.array([-80.0, 400.0, 1100.0, 1460.0]))
+    np.testing.assert_allclose((places[:, 0] - LATITUDE) * (M60 + 1000.0), [-80.0, 400.0, 800.0, 800.0], atol=3e-3)
+    west = (LONGITUDE - places[:, 1]) * (N60 + 1000.0) * BEYOND
+    np.testing.assert_allclose(west, [0.0, 0.0, 300.0, 660.0], atol=3e-3)
+    np.testing.assert_allclose(places[:, 2], [1000.0, 1040.0, 1230.0, 1380.0], atol=3e-3)
+    assert np.isnan(bend(bounded=True).at(np.array([-1.0, 700.0, 1401.0]))).any(axis=1).tolist() == [True, False, True]
+
+
+def test_places_beside_a_bend_are_measured_at_their_own_height() -> None:
+    """500 m on and 10 m to the right of the way north, 500 m above its level: 300 m of its level are 500/6 384 454 more
+    there. 100 m after the bend it is 20 m to the right of the way
+    west."""
+    high = 1500.0
+    place = (LATITUDE + 500.0 / (M60 + 1000.0), LONGITUDE + 10.0 / ((N60 + high) * 0.5))
+    along, right, above = beside(bend(), *place, high)
+    assert along == pytest.approx(800.0 - 300.0 * (M60 + high) / (M60 + 1000.0), abs=3e-3)
+    assert right == pytest.approx(10.0, abs=3e-3)
+    assert above == pytest.approx(high - 1000.0 - 0.1 * along, abs=1e-3)
+    west = 100.0 / ((N60 + 1000.0) * BEYOND)
+    along, right, above = beside(bend(), LATITUDE + UP + 20.0 / (M60 + 1000.0), LONGITUDE - west, 1000.0)
+    over = 100.0 * 500.0 * math.tan(LATITUDE) / (2.0 * N60)  # the straight way is north of the parallel
+    assert (along, right, above) == pytest.approx((900.0, 20.0 - over, -130.0), abs=2e-3)
+
+
+def test_a_bend_moved_to_its_right() -> None:
+    """Its beginning goes east, the bend and the end north, as the way after each point."""
+    latitude, longitude = bend().shifted(100.0)
+    points = bend()
+    north = (latitude - points.latitude) * (M60 + 1000.0)
+    east = (longitude - points.longitude) * (N60 + 1000.0) * np.cos(points.latitude)
+    np.testing.assert_allclose(north, [0.0, 100.0, 100.0], atol=2e-2)
+    np.testing.assert_allclose(east, [100.0, 0.0, 0.0], atol=2e-2)
+
+
+@pytest.mark.parametrize(
+    ("begin", "end", "middle"), [(170.0, 190.0, 180.0), (190.0, 170.0, 180.0), (-170.0, -190.0, -180.0)]
+)
+def test_the_middle_of_a_great_circle(begin: float, end: float, middle: float) -> None:
+    """Between two places 20° apart on 60° N: tan φ = tan 60°/cos 10°. Of 1108 km no two points are 1000 km apart."""
+    points = great_circle((LATITUDE, begin * DEG), (LATITUDE, math.remainder(end, 360.0) * DEG), 1e6)
+    np.testing.assert_allclose(
+        points[:, 0], [LATITUDE, math.atan(math.sqrt(3.0) / cos(10.0 * DEG)), LATITUDE], rtol=1e-12
+    )
+    np.testing.assert_allclose(points[:, 1] / DEG, [begin, middle, end], rtol=1e-12)
+
+
+def test_ways_over_the_ground() -> None:
+    """500 m in two steps, 300 m north and 400 m west; then 900 m east in four. A way east has the radius of its own
+    parallel: the cosine is 0.5 − √0.75 · 150 m/M in the middle of the first way, and that of 300 m on the second."""
+    points = over_ground((LATITUDE, LONGITUDE), 1000.0, [(300.0, -400.0), (0.0, 900.0)])
+    north = (points[:, 0] - LATITUDE) * (M60 + 1000.0)
+    np.testing.assert_allclose(north, [0.0, 150.0, 300.0, 300.0, 300.0, 300.0, 300.0], atol=1e-3)
+    first, second = (0.5 - 0.75**0.5 * way / (M60 + 1000.0) for way in (150.0, 300.0))
+    ends = (points[[2, 4, 6], 1] - LONGITUDE) * (N60 + 1000.0)
+    np.testing.assert_allclose(
+        ends, [-400.0 / first, -400.0 / first + 450.0 / second, -400.0 / first + 900.0 / second], atol=2e-3
+    )

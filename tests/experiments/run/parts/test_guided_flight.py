@@ -6,8 +6,9 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 
-from sinssim.data import NavState
+from sinssim.data import NavSolution, NavState
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.experiments.run.parts.guided_flight import (
     Displaced,
@@ -18,8 +19,12 @@ from sinssim.experiments.run.parts.guided_flight import (
     _closing,
     _horizontal,
     _missed_words,
+    _sizes,
 )
-from sinssim.simulation.path_errors import Miss
+from sinssim.simulation.path_errors import Miss, PathErrors, Piece
+from sinssim.simulation.truth_and_sensors import Truth
+from sinssim.truth.flight.flight_plan import FlightPlan
+from sinssim.truth.trajectory import FlightEvent
 
 SHOWN = ("tse_across_95", "tse_across_max", "tse_vertical_max", "nse_across_95", "nse_along_95", "nse_vertical_95",
          "fte_across_95", "fte_vertical_95")  # fmt: skip
@@ -163,3 +168,126 @@ def test_the_displacement_over_time() -> None:
     assert (chart.x.low, chart.x.high) == (10.0, 70.0)
     assert [(line.label, line.color) for line in chart.marks] == [("along", "x"), ("right", "y"), ("up", "z")]
     np.testing.assert_array_equal([line.y for line in chart.marks], values.T)
+
+
+M60, N60 = 6383453.857, 6394209.174
+"""a(1 − e²)/W³ and a/W at 60°, where the cosine is a half."""
+
+
+def states(north: float, east: float, up: float, velocity: tuple[float, float, float]) -> NavState:
+    """Return a place beside 60° N, 200° E and 1000 m, by metres."""
+    one = np.ones(1)
+    return NavState(np.pi / 3.0 + north / (M60 + 1000.0) * one, np.radians(200.0) + east / ((N60 + 1000.0) * 0.5) * one,
+                    (1000.0 + up) * one, np.array([velocity]), np.eye(4)[:1])  # fmt: skip
+
+
+def test_the_displacement_on_an_oblique_course() -> None:
+    """30 m/s south and 40 m/s west of the perfect flight: a place 10 m north and 5 m east is −10 · 0.6 − 5 · 0.8 m
+    along, and 10 · 0.8 − 5 · 0.6 m to the right, whatever its own velocity."""
+    there, here = states(0.0, 0.0, 0.0, (-30.0, -40.0, 5.0)), states(10.0, 5.0, -3.0, (70.0, 1.0, 0.0))
+    path: Any = SimpleNamespace(ellipsoid=WGS84)
+    np.testing.assert_allclose(_between(there, here, np.array([9.0]), path), [[-10.0, 5.0, -3.0]], atol=1e-3)
+
+
+def test_the_error_in_the_last_row_before_an_instant() -> None:
+    """Rows at 10, 10.5 and 11 s, 5, 13 and 25 m off: 3-4-5, 5-12-13 and 7-24-25, north and west, and 100 m too high."""
+    rows = [states(north, -east, 100.0, (0.0, 0.0, 0.0)) for north, east in ((3.0, 4.0), (5.0, 12.0), (7.0, 24.0))]
+    columns = (np.concatenate([getattr(row, name) for row in rows]) for name in
+               ("latitude", "longitude", "height", "velocity_ned", "q_nb"))  # fmt: skip
+    solution = NavSolution(np.array([10.0, 10.5, 11.0]), *columns, np.zeros(3))
+    asked: list[float] = []
+    true = states(0.0, 0.0, 0.0, (0.0, 0.0, 0.0))
+    path: Any = SimpleNamespace(ellipsoid=WGS84, state=lambda time: asked.extend(time) or true)
+    found = [_horizontal(path, solution, at) for at in (10.0, 10.4, 10.5, 99.0)]
+    assert found == pytest.approx([5.0, 5.0, 13.0, 25.0], abs=1e-3)
+    assert asked == [10.0, 10.0, 10.5, 11.0]
+
+
+def test_the_displacement_at_an_instant() -> None:
+    displaced = Displaced(np.array([10.0, 14.0]), np.array([[0.0, 8.0, -4.0], [4.0, 0.0, 12.0]]))
+    assert displaced.at(11.0).tolist() == [1.0, 6.0, 0.0]
+
+
+def off_by(across: list[float]) -> PathErrors:
+    """Return errors from 10 s on, on legs 1, 1, 3 and 3 of which the second is unknown; along is ten times, above a
+    hundred times, those across, NSE minus once, and FTE twice, TSE."""
+    tse = np.outer(across, [1.0, 10.0, 100.0])
+    tse[1] = np.nan
+    leg = np.array([0, 0, 2, 2])
+    return PathErrors(np.arange(10.0, 14.0), leg, -tse, 2.0 * tse, tse, np.zeros((4, 3)))
+
+
+def test_the_sizes_of_errors() -> None:
+    """Of 3 and 4 m: √12.5, 3.95 (95 % of the way from the one to the other) and 4 m."""
+    errors = off_by([9.0, 9.0, 3.0, -4.0])
+    found = _sizes(errors, errors.leg == 2)
+    size = {"rms": np.sqrt(12.5), "95": 3.95, "max": 4.0}
+    expected = {
+        f"{name}_{axis}_{what}_m": pytest.approx(of * factor * value)
+        for name, of in (("tse", 1.0), ("nse", 1.0), ("fte", 2.0))
+        for axis, factor in (("across", 1.0), ("along", 10.0), ("vertical", 100.0))
+        for what, value in size.items()
+    }
+    assert found == expected
+    assert list(_sizes(errors, np.array([False, True, False, False]), ("nse",)).values()) == [None] * 9
+
+
+def flying(*legs: dict[str, Any], **more: Any) -> Any:
+    """Return a run of a flight of these legs, by its navigator "mine"."""
+    start = {"on": "air", "latitude_deg": 60.0, "longitude_deg": 10.0, "altitude_m": 500.0}
+    plan = FlightPlan.model_validate({"aircraft": "c172x", "start": start, "legs": legs, **more})
+    events = [FlightEvent(10.0, "leg 1 (hold) begins"), FlightEvent(12.0, "leg 3 (hold) begins")]
+    path = SimpleNamespace(events=events, start=10.0, end=14.0)
+    truth = Truth.__new__(Truth)
+    vars(truth).update(trajectory=path, guided=SimpleNamespace(source="mine"))
+    return SimpleNamespace(scenario=SimpleNamespace(flight=plan), truth=truth, solutions={})
+
+
+HOLD = {"type": "hold", "duration_s": 2.0}
+TURNS = {"type": "s_turns", "turns": 1}
+
+
+def of_flight(across: list[float], **more: Any) -> OffPath:
+    """Return the part of three legs, of which the first and the last have a path."""
+    errors = off_by(across)
+    part = OffPath(flying(HOLD, TURNS, {**HOLD, "rnp": 0.3}, **more), kept={False: errors})
+    track: Any = None
+    vars(part)["pieces"] = [Piece(0, 0, 10.0, 12.0, track), Piece(2, 0, 12.0, 14.0, track)]
+    return part
+
+
+def test_the_entry_of_the_path() -> None:
+    """The last leg leaves 555.6 m at 13 s: within for one of two seconds."""
+    entry = of_flight([9.0, 9.0, 3.0, -556.0]).numbers()
+    assert [leg["leg"] for leg in entry["legs"]] == ["1 hold", "3 hold"]
+    assert [leg["tse_across_max_m"] for leg in entry["legs"]] == [9.0, 556.0]
+    assert (entry["source"], entry["solutions"]) == ("mine", {})
+    assert entry["flight"]["fte_along_max_m"] == 11120.0
+    assert entry["corridors"] == [{"leg": "3 hold", "rnp": 0.3, "judged_s": 2.0, "within": 0.5, "exceeded_s": 13.0}]
+
+
+def test_the_corridors_over_time() -> None:
+    """1 nmi on the first leg and 0.3 nmi on the last; they widen a chart whose errors are more than a quarter of it."""
+    part = of_flight([9.0, 9.0, 3.0, -464.0], rnp=1)
+    edges = list(part._limits())
+    assert [line.label for line in edges] == ["RNP 1", "", "RNP 0.3", ""]
+    assert [line.x.tolist() for line in edges] == [[10.0, 11.0]] * 2 + [[12.0, 13.0]] * 2
+    assert [line.y.tolist() for line in edges] == [
+        [y] * 2 for y in (-1852.0, 1852.0, pytest.approx(-555.6), pytest.approx(555.6))
+    ]
+    assert [line.counts for line in edges] == [True] * 4
+    assert [line.counts for line in of_flight([9.0, 9.0, 3.0, -462.0], rnp=1)._limits()] == [False] * 2 + [True] * 2
+
+
+def test_two_legs_in_one_corridor() -> None:
+    """Kept on both legs, in 96 % of 100 s and all of 300 s; each width by itself, the narrow one first."""
+    part = off_path()
+    legs = [("1 hold", 1.0, 100.0, 0.96, 30.0), ("2 turn", 0.3, 50.0, 1.0, None), ("3 hold", 1.0, 300.0, 1.0, None)]
+    keys = ("leg", "rnp", "judged_s", "within", "exceeded_s")
+    part.enter({**part.entry, "corridors": [dict(zip(keys, leg, strict=True)) for leg in legs]})
+    assert [verdict.text for verdict in part._verdicts()] == [
+        "RNP 0.3 is met: the true path is within 0.3 nmi of the planned one 100 % of the time (95 % on every leg are "
+        "needed).",
+        "RNP 1 is met: the true path is within 1 nmi of the planned one 99 % of the time (95 % on every leg are "
+        "needed); first outside at 30 s, on leg 1 hold. On leg 1 hold it is 96 %.",
+    ]
