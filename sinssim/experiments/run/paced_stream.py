@@ -219,8 +219,9 @@ class LastSolution:
     """The last solution that a listener has got, of those with a whole state."""
 
     def __init__(self, listener: Listener, *, paced: bool) -> None:
-        """Read what comes from now on; without a pace, that of the last sample is awaited."""
+        """Read what comes from now on; without a pace, the last one until which samples were sent is awaited."""
         self._listener, self._paced, self._row = listener, paced, dict[str, float]()
+        self._apart = math.inf  # least time between two solutions, s
 
     def __call__(self, sent: float) -> NavSolution | None:
         """Return it; None: none has come.
@@ -230,7 +231,7 @@ class LastSolution:
         """
         self._listener.last = time.monotonic()
         self._read()
-        while not self._paced and self._time < sent - WITHIN and time.monotonic() - self._listener.last < _QUIET_S:
+        while not self._paced and self._is_due(sent) and time.monotonic() - self._listener.last < _QUIET_S:
             time.sleep(1e-3)
             self._read()
         row = self._row
@@ -241,14 +242,18 @@ class LastSolution:
         latitude, longitude, height = state[:, :3].T
         return NavSolution(times, latitude, longitude, height, state[:, 3:6], state[:, 6:], np.zeros(1))
 
-    @property
-    def _time(self) -> float:
-        return self._row.get("time_s", -math.inf)
+    def _is_due(self, sent: float) -> bool:
+        """Return whether another solution can come of samples until an instant, s: not all navigators answer each."""
+        known = self._row.get("time_s", -math.inf)
+        return known < sent - WITHIN and not (math.isfinite(self._apart) and known + self._apart > sent + WITHIN)
 
     def _read(self) -> None:
         for answer in self._listener.fresh():  # another one may have other columns
             columns, _ = columns_of_answers([answer])
-            if {"time_s", *STATE_COLUMNS} <= columns.keys() and columns["time_s"][-1] > self._time:
+            known = self._row.get("time_s", -math.inf)
+            if {"time_s", *STATE_COLUMNS} <= columns.keys() and columns["time_s"][-1] > known:
+                times = np.array([known, *columns["time_s"]])
+                self._apart = float(np.diff(times[times >= known]).min(initial=self._apart))
                 self._row = {name: values[-1] for name, values in columns.items()}
 
 
@@ -405,10 +410,11 @@ def send_at_pace(
         RunError: it cannot be sent.
     """
     tally, timed = Tally(pace), math.isfinite(pace)
-    groups = (list(group) for _, group in groupby(packets, key=lambda packet: round(1e6 * packet.time)))
+    together = groupby(packets, key=lambda packet: round(1e6 * packet.time))
+    groups = (list(group) for _, group in together) if timed else ([packet] for packet in packets)
     with _without_collections():
         try:
-            group, following = next(groups, []), next(groups, [])
+            group, following = next(groups, []), next(groups, []) if timed else []
             begin = clock() - (group[0].time / pace if group else 0.0)
             while group:
                 due = begin + group[0].time / pace
@@ -426,7 +432,10 @@ def send_at_pace(
                     tally.counts[packet.kind] += 1
                     tally.size += len(packet.data)
                     tally.until = packet.time
-                group, following = following, next(groups, [])  # it is made while there is time
+                if timed:
+                    group, following = following, next(groups, [])  # it is made while there is time
+                else:  # the next one may be made of the answer to this one
+                    group = next(groups, [])
         except KeyboardInterrupt:
             tally.interrupted = True
         except OSError as error:

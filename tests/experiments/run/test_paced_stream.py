@@ -1098,3 +1098,49 @@ def test_the_messages_of_a_live_flight(monkeypatch: pytest.MonkeyPatch) -> None:
     ]
     read = [[struct.unpack_from("<4d", p.data, 80)[2] for _ in p.data[80:81]] for p in made if p.kind == "imu"]
     assert read == [[5.0], [6.0], [7.0], []]
+
+
+def test_without_a_pace_a_packet_is_sent_before_the_next_is_made() -> None:
+    """The next one may be made of the answer to it; at a pace it is made before, while there is time."""
+    sent: list[bytes] = []
+    known: list[int] = []
+
+    def packets() -> Iterable[Packet]:
+        for k in range(4):
+            known.append(len(sent))
+            yield Packet(float(k), "imu", b"x")
+
+    def send(data: bytes) -> bool:
+        sent.append(data)
+        return True
+
+    send_at_pace(packets(), send, math.inf)
+    assert known == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("answered", "sent", "awaited"),
+    [
+        ((), 1.0, True),
+        ((0.4,), 1.0, True),
+        ((0.4, 0.8), 1.0, False),  # the next one would be of 1.2 s
+        ((0.4, 0.8), 1.2, True),
+        ((0.4, 0.8, 1.2), 1.2, False),
+    ],
+)
+def test_an_answer_is_awaited_only_if_it_is_due(
+    answered: tuple[float, ...], sent: float, awaited: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    waits: list[float] = []
+    monkeypatch.setattr(paced_stream.time, "sleep", waits.append)
+    monkeypatch.setattr(paced_stream, "_QUIET_S", 0.01)
+    names = ("time_s", *paced_stream.STATE_COLUMNS)
+    rows = [json.dumps(dict.fromkeys(names, 0.5) | {"time_s": time_s}).encode() for time_s in answered]
+    listener = SimpleNamespace(last=0.0, fresh=lambda: [rows.pop(0)] if rows else [])
+    last = paced_stream.LastSolution(listener, paced=False)  # type: ignore[arg-type]
+    for _ in answered[:-1]:
+        last(0.0)
+    waits.clear()
+    found = last(sent)
+    assert bool(waits) == awaited
+    assert (found is None) == (not answered)
