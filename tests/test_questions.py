@@ -113,6 +113,7 @@ def test_specific_force_and_rates_by_theory(numbers):
     assert numbers.tilted_nmi() == pytest.approx(2.0, rel=0.01)  # 1′ there and back, at the far point 2′
 
 
+@pytest.mark.usefixtures("hardly_counted")
 def test_advantages_and_difficulties_by_theory(numbers):
     """tr (HᵀH)⁻¹ of six best directions is 9/6; steps leave φ³/6 and φ³/24; a misaligned axis turns by 180°."""
     redundancy, exposure, steps, matrices = (

@@ -14,6 +14,7 @@ print(*cayley_k.py_func(0.0, 0.2, 0.0))
 """
 
 
+@pytest.mark.slow
 def test_page(tmp_path: Path) -> None:
     page = read_page("algorithm")
     copy = Copy(tmp_path)
