@@ -56,11 +56,12 @@ class RunError(SinssimError, RuntimeError):
     Args:
         message: description of the failure.
         time: time of the failure in the run, s, if there is one.
+        exit_code: 2 if only the run shows that the input cannot be used, such as a program of another protocol.
     """
 
-    def __init__(self, message: str, *, time: float | None = None) -> None:
+    def __init__(self, message: str, *, time: float | None = None, exit_code: int = 1) -> None:
         super().__init__(message)
-        self.time = time
+        self.time, self.exit_code = time, exit_code
 
 
 class SinssimWarning(UserWarning):

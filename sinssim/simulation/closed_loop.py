@@ -206,7 +206,9 @@ def solution_errors(scenario: Scenario, path: Trajectory) -> SolutionErrors:
         try:
             solution = navigate(by_one(scenario, guidance.source), sensed).solutions[guidance.source]
         except RunError as error:
-            raise RunError(f"the flight cannot follow {guidance.source}: {error}", time=error.time) from error
+            raise RunError(
+                f"the flight cannot follow {guidance.source}: {error}", time=error.time, exit_code=error.exit_code
+            ) from error
     else:  # nothing is smoothed or diagnosed here
         from sinssim.simulation.aided_run import aid_run
 

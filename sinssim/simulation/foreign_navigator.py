@@ -249,7 +249,7 @@ def navigated(navigator: NavigatorSection, feed: Feed) -> ForeignSolution:
         except RunError as error:
             messages = process.messages.strip()
             last = f" Its standard error ends with: {shortened(messages.splitlines()[-1], 200)}" if messages else ""
-            failure = ForeignError(f"{error}{last}", time=error.time)
+            failure = ForeignError(f"{error}{last}", time=error.time, exit_code=error.exit_code)
             failure.messages = messages
             raise failure from error
 

@@ -235,7 +235,7 @@ def check_header(data: bytes) -> None:
 
 def _check_version(version: object) -> None:
     if version != VERSION:
-        raise RunError(f"it answers in version {version} of the protocol, but this is version {VERSION}.")
+        raise RunError(f"it answers in version {version} of the protocol, but this is version {VERSION}.", exit_code=2)
 
 
 def answer_size(head: bytes) -> int:

@@ -113,6 +113,16 @@ def test_a_navigator_of_somebody_else_guides(drifted: sinssim.Run, monkeypatch: 
     assert run.parts["guidance"].entry["displacement_max_m"] > 50.0
 
 
+def test_a_program_of_another_version_cannot_guide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SINSSIM_PROGRAMS", "allow")
+    (tmp_path / "old.py").write_text("print('sinssim 2')")
+    table = {"name": "old", "command": [sys.executable, "-I", "-S", str(tmp_path / "old.py")], "form": "text"}
+    with pytest.raises(RunError, match="the flight cannot follow old: it answers in version 2 of the prot") as error:
+        sinssim.run(plan("old", {}, navigator=(table,)), tmp_path / "run")
+    assert error.value.exit_code == 2
+    assert not (tmp_path / "run").exists()
+
+
 SAME = r"""
 import struct, sys
 import numpy as np

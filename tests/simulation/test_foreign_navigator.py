@@ -596,6 +596,7 @@ def test_answers_that_are_none(data: bytes, text: bool, words: str) -> None:
         rows_of(data, text=text)
     assert words in str(error.value)
     assert str(error.value).endswith(words) or words.endswith("form")
+    assert error.value.exit_code == (2 if "version" in words else 1)
 
 
 def test_how_a_program_ends() -> None:
