@@ -771,6 +771,8 @@ def test_measurements_go_out_as_they_arrive() -> None:
         ((1.5, -1.7, 1.0), "its solution of 1.5 s has a latitude of -1.70 rad."),
         ((1.5, 0.8, 2.0), "its solution of 1.5 s has a quaternion of the norm 2.00."),
         ((1.5, np.inf, 1.0), "its solution of 1.5 s is not finite."),
+        ((1.0, -1.7, 1.0), "its solution of 1 s has a latitude of -1.70 rad."),
+        ((3.0, 0.8, 2.0), "its solution of 3 s has a quaternion of the norm 2.00."),
     ],
 )
 def test_an_answer_that_is_no_state_of_the_run(row: tuple[float, float, float], words: str) -> None:
@@ -796,3 +798,48 @@ def test_lines_of_two_sensors_are_in_order_of_arrival() -> None:
     assert [line.split()[:3] for line in bytes(block.data).decode().splitlines()[1:]] == [
         ["measurement", "1", "0.5"], ["measurement", "0", "0.9"],
     ]  # fmt: skip
+
+
+def state_rows(*times: float) -> Any:
+    """Return answers of these times, each with another latitude."""
+    rows = np.tile([0.0, 0.8, 0.2, 100.0, 4.0, 5.0, 6.0, 1.0, 0.0, 0.0, 0.0], (len(times), 1))
+    rows[:, 0], rows[:, 1] = times, 0.8 + 0.01 * np.arange(len(times))
+    return rows
+
+
+@pytest.mark.parametrize(
+    ("edges", "at", "first"),
+    [
+        ([100.0, 100.5, 100.75, 101.0, 101.25], [101.0, 101.25], [101.0, 0.8]),
+        ([100.0, 100.5, 100.75, 101.0, 101.25], [100.5, 100.75, 101.0, 101.25], [100.0, 0.7]),
+        ([100.0, 100.01, 100.5, 101.0], [100.5, 101.0], [100.0, 0.7]),  # once in half a second
+        ([100.0, 100.25, 100.5, 100.75, 101.0], [100.5, 100.75, 101.0], [100.5, 0.8]),
+        ([100.0, 100.5, 101.0], [100.0, 100.5, 101.0], [100.0, 0.8]),
+    ],
+)
+def test_whether_the_state_that_was_sent_is_the_first_row(
+    edges: list[float], at: list[float], first: list[float]
+) -> None:
+    """It is if the first answer is at most one and a half of the usual or the first interval later."""
+    sent = np.array([0.7, 0.1, 90.0, 1.0, 2.0, 3.0, 0.0, 1.0, 0.0, 0.0])
+    found = solution_of(state_rows(*at), np.array(edges), sent, "mine")
+    assert [found.time[0], found.latitude[0]] == first
+    assert found.time[-len(at) :].tolist() == at
+
+
+def test_a_fault_behind_good_answers() -> None:
+    """The second answer lies after the end; the 2049th, the first of another block, comes twice."""
+    with pytest.raises(RunError, match=r"^its solution of 3\.5 s lies after the end of the run\.$"):
+        _check_rows(state_rows(1.5, 3.5), np.array([1.0, 2.0, 3.0]), 0.5, 0)
+    times = np.arange(1.0, 2051.0)
+    times[2048] = times[2047]
+    with pytest.raises(RunError, match=r"^its solution of 2048 s comes twice\.$"):
+        solution_of(state_rows(*times) * [1.0, 0.01, *[1.0] * 9], np.arange(2051.0), np.zeros(10), "mine")
+
+
+@pytest.mark.parametrize(("second", "word"), [(2.5, "late"), (3.5, "early")])
+def test_stepwise_the_second_answer_is_of_another_instant(second: float, word: str) -> None:
+    with pytest.raises(RunError) as error:
+        solution_of(state_rows(2.0, second, 4.0), np.arange(1.0, 5.0), np.zeros(10), "mine", stepwise=True)
+    assert str(error.value) == f"it is {word}: it answers the sample of 3 s with the solution of {second} s."
+    assert error.value.time == 3.0

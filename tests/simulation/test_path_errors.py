@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
@@ -776,3 +777,21 @@ def test_the_corridor_of_one_leg_by_hand() -> None:
     )
     (only,) = containments(flight, errors)
     assert only == (2, 0.3, 4.0, 0.75, 12.0)
+
+
+@pytest.mark.parametrize(
+    ("reached", "edges"), [([20.0, 50.0], [5.0, 20.0, 60.0]), ([20.0], [5.0, 20.0, 60.0]), ([], [5.0, 60.0])]
+)
+def test_a_route_is_flown_place_by_place(reached: list[float], edges: list[float]) -> None:
+    """Its second part begins where the first place is reached; without that there is the first part alone."""
+    tracks = [level_track(0.0, 0.0, 0.0), level_track(1.0, 0.0, 0.0)]
+    leg = WaypointLeg.model_validate({"type": "waypoint", "waypoints": ROUTE})
+    flight: Any = SimpleNamespace(legs=[leg], planned_tracks=lambda begins: [tracks])
+    events = [FlightEvent(5.0, "leg 1 (waypoint) begins")]
+    events += [
+        FlightEvent(at, f"{name} reached: 1 km away") for at, name in zip(reached, ("A", "waypoint 2"), strict=False)
+    ]
+    path: Any = SimpleNamespace(events=events, start=0.0, end=60.0, state=flown_over)
+    level = np.array([1.0, 0.0, 0.0, 0.0])
+    pieces = planned_pieces(flight, path, path, np.zeros(3), level)
+    assert pieces == [Piece(0, k, *ends, tracks[k]) for k, ends in enumerate(pairwise(edges))]

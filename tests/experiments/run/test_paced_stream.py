@@ -557,7 +557,7 @@ def test_a_scenario_is_computed_first(capsys: pytest.CaptureFixture[str]) -> Non
     [
         (("one_component",), "one component"),
         (("RUN", "--set", "seed=3"), "computed already"),
-        (("RUN", "--rate", "-1"), "--rate -1: the rate of samples must be positive, in hertz."),
+        (("RUN", "--rate", "-2"), "--rate -2: the rate of samples must be positive, in hertz."),
         (("RUN", "--listen", "pty:"), "is none of udp://HOST:PORT, tcp://HOST:PORT"),
         (("RUN", "--start", "soon"), "'soon' is not a date"),
     ],
@@ -998,7 +998,7 @@ def test_the_true_state_by_hand() -> None:
     motion_of: Any = type("Motion", (SimpleNamespace,), {"__len__": lambda self: 3})(**vars(motion))
     gyro = np.array([[0.01, 0.02, 0.03], [0.04, 0.05, 0.06]])
     ideal_of = type("Ideal", (SimpleNamespace,), {"__len__": lambda self: 2})
-    ideal = ideal_of(time=np.array([5.5, 6.0]), gyro=gyro, interval=np.full((2, 1), 0.5))
+    ideal = ideal_of(time=np.array([5.5, 5.875]), gyro=gyro, interval=np.full((2, 1), 0.5))
     asked: list[str] = []
     table = {
         "time_s": np.array([0.0, 10.0]),
@@ -1144,3 +1144,18 @@ def test_an_answer_is_awaited_only_if_it_is_due(
     found = last(sent)
     assert bool(waits) == awaited
     assert (found is None) == (not answered)
+
+
+def test_answers_at_another_place_than_the_packets_come_by_connections_of_their_own() -> None:
+    with socket.socket() as free:
+        free.bind((LOOPBACK, 0))
+        port = free.getsockname()[1]
+    place = paced_stream.Place("tcp", LOOPBACK, port)
+    with paced_stream.Listener(place, paced_stream.Place("tcp", LOOPBACK, 9)) as listener:
+        assert not listener.answers_back
+        with socket.create_connection((LOOPBACK, port)) as link:
+            link.sendall(b'{"time_s": 1}\n')
+        end = time.monotonic() + 5.0
+        while not listener.answers and time.monotonic() < end:
+            time.sleep(0.002)
+    assert listener.answers == [b'{"time_s": 1}']

@@ -14,6 +14,7 @@ from sinssim.earth import WGS84, geodetic_to_ecef
 from sinssim.experiments.run.track_map import (
     Projection,
     Track,
+    _circle,
     _Frame,
     _frame,
     _outlines,
@@ -21,6 +22,7 @@ from sinssim.experiments.run.track_map import (
     _scales,
     _shown,
     _sides,
+    _waypoints,
     _within,
     degrees,
     track_map,
@@ -281,3 +283,36 @@ def test_rows_of_a_track_within_spans():
     track = Track("t", np.array([10.0, 11.0, 12.0, 13.0]), 0.1 * np.arange(4.0), -0.2 * np.arange(4.0))
     ((latitude, longitude),) = _within(track, [(11.0, 13.0), (9.0, 11.0)])
     assert (latitude.tolist(), longitude.tolist()) == ([0.1, 0.2], [-0.2, -0.4])
+
+
+def test_waypoints_on_the_map():
+    """Near 60° N and 180°, a place 1 km north and 2 km east of it; one outside the map is not drawn."""
+    middle = Projection(radians(60.0), pi, WGS84)
+    frame = _Frame(0.1, -2440.0, 2100.0)
+    north, east = 1000.0 / 6383453.857, 2000.0 / (6394209.174 * 0.5)
+    places = [("far", radians(61.0), pi), ("A", radians(60.0) + north, east - pi)]
+    diamond, name = _waypoints(places, middle, frame)
+    assert (diamond.x[0], diamond.y[0]) == pytest.approx((2000.0, 1000.0), abs=1.5)
+    assert (diamond.marker, diamond.hollow, name.text, name.left, name.below) == ("D", True, "A", False, True)
+    assert (name.x, name.y) == (diamond.x[0], diamond.y[0])
+
+
+def test_the_names_of_circles():
+    """At the lower end of a meridian, 3 px beside it and above its foot; in the right 40 px to its left. One on another
+    name is left out, and so is a parallel in the uppermost 14 px."""
+    frame, taken = _Frame(1.0, 1000.0, 2000.0), []
+    north = np.arange(1500.0, 2100.0)
+
+    def drawn(x, y, name):
+        marks = list(_circle(1000.0 + x, 2000.0 - y, frame, name, lambda x, y: int(np.argmax(y)), taken))
+        return [mark for mark in marks if hasattr(mark, "text")]
+
+    (name,) = drawn(np.full(600, 100.0), 2000.0 - north, "10°E")
+    assert (name.x, name.y, name.text, name.left) == (1100.0, 1581.0, "10°E", False)
+    (edge,) = drawn(np.full(600, 460.0), 2000.0 - north, "11°E")
+    assert (edge.x, edge.left) == (1460.0, True)
+    long = 4 * 5.6
+    assert taken == [pytest.approx((103.0, 103.0 + long, 416.0)), pytest.approx((457.0 - long, 457.0, 416.0))]
+    assert drawn(np.full(600, 110.0), 2000.0 - north, "12°E") == []
+    assert len(drawn(np.arange(5.0, 480.0), np.full(475, 15.0), "60°N")) == 1
+    assert drawn(np.arange(5.0, 480.0), np.full(475, 13.0), "61°N") == []

@@ -268,3 +268,12 @@ def test_ways_over_the_ground() -> None:
     np.testing.assert_allclose(
         ends, [-400.0 / first, -400.0 / first + 450.0 / second, -400.0 / first + 900.0 / second], atol=2e-3
     )
+
+
+def test_far_beside_a_path() -> None:
+    """100 km north of the equator, which the path follows east, and 100 km east of a meridian: 4 m more than in the
+    plane that touches there, and 8 cm by the one radius that the ellipsoid has for that."""
+    along_equator = track(great_circle((0.0, 0.1), (0.0, 0.1 + 50e3 / A)))
+    assert beside(along_equator, *geodesic(0.0, 0.1, 0.0, 100e3))[1] == pytest.approx(-100e3, abs=0.1)
+    along_meridian = track(great_circle((0.0, 0.1), (0.01, 0.1)))
+    assert beside(along_meridian, *geodesic(0.0, 0.1, 90.0 * DEG, 100e3))[1] == pytest.approx(100e3, abs=0.1)

@@ -10,6 +10,8 @@ import pytest
 
 from sinssim.data import NavSolution, NavState
 from sinssim.earth.ellipsoids import WGS84
+from sinssim.experiments.run.filter_summary import Moment
+from sinssim.experiments.run.parts import guided_flight
 from sinssim.experiments.run.parts.guided_flight import (
     Displaced,
     Guidance,
@@ -291,3 +293,32 @@ def test_two_legs_in_one_corridor() -> None:
         "RNP 1 is met: the true path is within 1 nmi of the planned one 99 % of the time (95 % on every leg are "
         "needed); first outside at 30 s, on leg 1 hold. On leg 1 hold it is 96 %.",
     ]
+
+
+def test_the_charts_of_the_path(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From 10 to 13 s; two detections 0.5 s apart have their words together, at the first."""
+    seen = [Moment(10.5, "one", "of them"), Moment(11.0, "other", "of them")]
+    monkeypatch.setattr(OffPath, "_faults", lambda self: seen)
+    across, above = of_flight([9.0, 9.0, 3.0, -4.0])._charts()
+    assert (across.key, above.key) == ("planned_path/across", "planned_path/vertical")
+    for chart, factor in ((across, 1.0), (above, 100.0)):
+        assert (chart.x.low, chart.x.high) == (10.0, 13.0)
+        fte, nse, tse, *marks = chart.marks
+        lines: list[Any] = [fte, nse, tse]
+        assert [(line.label, line.color) for line in lines] == [("FTE", "fte"), ("NSE", "nse"), ("TSE", "tse")]
+        assert [line.y[3] for line in lines] == [-8.0 * factor, 4.0 * factor, -4.0 * factor]
+        assert [mark.at for mark in marks if hasattr(mark, "at")] == [10.5, 11.0]
+        assert "one, other" in repr(marks)
+
+
+@pytest.mark.parametrize(
+    ("quantities", "sensors", "seen"),
+    [(("position", "height"), ["airspeed"], ("sensor", "solution")), (("position",), [], ("true", "true")),
+     (("position",), ["height"], ("true", "sensor"))],
+)  # fmt: skip
+def test_whose_air_data_the_autopilot_sees(
+    quantities: tuple[str, ...], sensors: list[str], seen: tuple[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(guided_flight, "air_sensors", lambda scenario: dict.fromkeys(sensors))
+    part = Guidance(flying(HOLD, guidance={"quantities": quantities}))
+    assert part._seen() == {"airspeed": seen[0], "height": seen[1]}
