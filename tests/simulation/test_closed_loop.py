@@ -612,9 +612,9 @@ def test_passes_that_gain_little_twice(moved: list[float], slowly: bool) -> None
 
 
 def test_the_passes_of_a_loop(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each flies with the errors on the one before, moves the path by 4 m, 0.1 m and 0.9 mm, and has half of the
+    """Each flies with the errors on the one before, moves the path by 4 m, 1.1 mm and 0.9 mm, and has half of the
     progress that is left; the passes of a loop that gains little are given up for sections."""
-    moves, reported, flights = iter([4.0, 0.1, 9e-4, 5.0, 4.0, 3.0]), list[float](), list[Any]()
+    moves, reported, flights = iter([4.0, 1.1e-3, 9e-4, 5.0, 4.0, 3.0]), list[float](), list[Any]()
 
     def flown(scenario: Scenario, report: Any, meanwhile: Any = None, *, errors: Any) -> str:
         flights.append((errors, meanwhile))
@@ -629,7 +629,7 @@ def test_the_passes_of_a_loop(monkeypatch: pytest.MonkeyPatch) -> None:
     assert flights == [("none", print), *((f"errors on path {k}", None) for k in range(3))]
     assert met == [(f"path {k}", f"path {k + 1}") for k in range(3)]
     assert (path, guided.by_truth) == ("path 3", "path 0")
-    assert (guided.source, guided.moved, guided.in_sections) == ("quaternion", (4.0, 0.1, 9e-4), False)
+    assert (guided.source, guided.moved, guided.in_sections) == ("quaternion", (4.0, 1.1e-3, 9e-4), False)
     assert reported == [0.25, 0.625, 0.8125, 0.90625, 1.0]
 
     def in_sections(scenario: Scenario, by_truth: Any, report: Any) -> tuple[Any, list[float]]:

@@ -843,3 +843,40 @@ def test_stepwise_the_second_answer_is_of_another_instant(second: float, word: s
         solution_of(state_rows(2.0, second, 4.0), np.arange(1.0, 5.0), np.zeros(10), "mine", stepwise=True)
     assert str(error.value) == f"it is {word}: it answers the sample of 3 s with the solution of {second} s."
     assert error.value.time == 3.0
+
+
+def test_a_project_allows_what_is_in_its_folder_of_navigators_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file in that folder or below it, which nobody else may change, nor the folder."""
+    monkeypatch.delenv(VARIABLE)
+    monkeypatch.setattr(foreign_navigator, "named_paths", lambda: [tmp_path / "another"])
+    folder = tmp_path / "own" / "navigators"
+    (folder / "below").mkdir(parents=True)
+    scenario: Any = SimpleNamespace(use=(str(tmp_path / "own"),))
+    said: list[str] = []
+
+    def is_allowed(place: Path) -> bool:
+        place.write_text("x")
+        navigator: Any = SimpleNamespace(name="mine", file=place, library=None)
+        try:
+            foreign_navigator.check_permission(scenario, navigator)
+        except InputError as error:
+            said.append(str(error))
+            return False
+        return True
+
+    places = (folder / "a", folder / "below" / "a", tmp_path / "own" / "a", tmp_path / "a")
+    assert [is_allowed(place) for place in places] == [True, True, False, False]
+    assert said[0].startswith(f"the navigator mine is the program {places[2]}, which is started only if you allow it")
+    folder.chmod(0o777)
+    assert not is_allowed(folder / "a")
+
+
+def test_a_last_solution_may_be_two_intervals_before_the_end() -> None:
+    """Of answers every half a second, the last one at 2 s, in a run until 3 s or 3.5 s."""
+    edges, rows = np.arange(0.5, 3.51, 0.25), state_rows(1.0, 1.5, 2.0)
+    assert solution_of(rows, edges[:-2], np.eye(10)[6], "mine").time[-1] == 2.0
+    with pytest.raises(RunError, match=r"^its last solution is that of 2 s, and the run ends at 3\.5 s\.$") as error:
+        solution_of(rows, edges, np.eye(10)[6], "mine")
+    assert error.value.time == 2.0

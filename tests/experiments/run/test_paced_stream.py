@@ -518,6 +518,7 @@ def test_binary_answers(of: Streamed) -> None:
     assert len(faults) == 3
     result, _ = scored(Judge(of.run, of.content.start_gps_s), answers)
     assert result.numbers["answers"]["max_horizontal_error_m"] == pytest.approx(0.0, abs=1e-6)
+    assert scored(Judge(of.run, of.content.start_gps_s), [message(5, False), message(105, False)])[1] == []
     with pytest.raises(RunError, match="two solutions are needed"):
         scored(Judge(of.run, of.content.start_gps_s), [message(5, False)])
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from sinssim.charts import PAIR
 from sinssim.data import NavSolution, NavState
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.experiments.run.filter_summary import Moment
@@ -165,6 +166,7 @@ def test_the_displacement_over_time() -> None:
                 "waypoints": [], "seen": {"airspeed": "true", "height": "true"}})  # fmt: skip
     said, charts = part.exhibits()
     assert said.text.startswith("The autopilot and the legs see the solution euler. Its airspeed is true, its height")  # type: ignore[union-attr]
+    assert charts.size == (PAIR[0] / 2.0, PAIR[1])  # type: ignore[union-attr]
     (chart,) = charts  # type: ignore[misc]
     assert chart.title == "Displacement from the flight of a perfect navigator"
     assert (chart.x.low, chart.x.high) == (10.0, 70.0)
