@@ -751,6 +751,9 @@ def test_what_a_navigator_states_beside_its_state() -> None:
     np.testing.assert_array_equal(stated.sigma, [[np.nan] * 9, *[np.arange(1.0, 10.0)] * 2])
     np.testing.assert_array_equal(stated.biases, [[np.nan] * 6, *[np.arange(10.0, 16.0)] * 2])
     np.testing.assert_array_equal(stated.status, [np.nan, 16.0, 16.0])
+    rows[:, 20:26] = np.nan
+    silent = solution_of(rows, 0.02 * np.arange(3), np.eye(10)[6], "mine")
+    assert (silent.biases, silent.sigma is None) == (None, False)
 
 
 def test_measurements_go_out_as_they_arrive() -> None:
