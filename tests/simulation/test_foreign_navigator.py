@@ -877,9 +877,9 @@ def test_a_project_allows_what_is_in_its_folder_of_navigators_alone(
 
 
 def test_a_last_solution_may_be_two_intervals_before_the_end() -> None:
-    """Of answers every half a second, the last one at 2 s, in a run until 3 s or 3.5 s."""
-    edges, rows = np.arange(0.5, 3.51, 0.25), state_rows(1.0, 1.5, 2.0)
-    assert solution_of(rows, edges[:-2], np.eye(10)[6], "mine").time[-1] == 2.0
-    with pytest.raises(RunError, match=r"^its last solution is that of 2 s, and the run ends at 3\.5 s\.$") as error:
+    """Of answers every half a second, the last one at 2 s, in a run until 3 s or 3.25 s."""
+    edges, rows = np.arange(0.5, 3.26, 0.25), state_rows(1.0, 1.5, 2.0)
+    assert solution_of(rows, edges[:-1], np.eye(10)[6], "mine").time[-1] == 2.0
+    with pytest.raises(RunError, match=r"^its last solution is that of 2 s, and the run ends at 3\.25 s\.$") as error:
         solution_of(rows, edges, np.eye(10)[6], "mine")
     assert error.value.time == 2.0
