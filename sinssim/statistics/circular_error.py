@@ -88,10 +88,12 @@ def circle_radius(covariance: Any, share: float) -> Array:
     left = np.flatnonzero(large > 0.0)
     for _ in range(_ITERATIONS):
         r, below, above = radius[left], low[left], high[left]
-        enclosed, slope = _share(r, large[left], small[left])
-        below, above = np.where(enclosed < share, r, below), np.where(enclosed < share, above, r)
+        enclosed, outside, slope = _share(r, large[left], small[left])
+        # the smaller of both probabilities has the more digits
+        excess = enclosed - share if share < 0.5 else (1.0 - share) - outside
+        below, above = np.where(excess < 0.0, r, below), np.where(excess < 0.0, above, r)
         with np.errstate(invalid="ignore", divide="ignore"):
-            newton = r - (enclosed - share) / slope
+            newton = r - excess / slope
         last = np.abs(newton - r) <= _LAST_STEP * above  # the next step would be of the size of this one's square
         inside = (newton >= below) & (newton <= above)
         radius[left] = np.where(inside | last, np.clip(newton, below, above), 0.5 * (below + above))
@@ -103,15 +105,16 @@ def circle_radius(covariance: Any, share: float) -> Array:
     return np.where(large > 0.0, radius, np.where(np.isnan(large), np.nan, 0.0))
 
 
-def _share(radius: Array, large: Array, small: Array) -> tuple[Array, Array]:
-    """Return the probability (1) and its derivative with respect to the radius."""
+def _share(radius: Array, large: Array, small: Array) -> tuple[Array, Array, Array]:
+    """Return the probability (1), that outside, and the derivative of (1) with respect to the radius."""
     s = large[..., None] * _COS2 + small[..., None] * _SIN2
     r = radius[..., None]
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         exponent = np.where(s > 0.0, r * r / (2.0 * s), np.where(r > 0.0, np.inf, 0.0))
         inside = np.where(np.isnan(s), np.nan, -np.expm1(-exponent))
-        slope = np.where(s > 0.0, (1.0 - inside) * r / s, 0.0)
-    return np.asarray(inside @ _WEIGHT), np.asarray(slope @ _WEIGHT)
+        outside = np.where(np.isnan(s), np.nan, np.exp(-exponent))
+        slope = np.where(s > 0.0, outside * r / s, 0.0)
+    return np.asarray(inside @ _WEIGHT), np.asarray(outside @ _WEIGHT), np.asarray(slope @ _WEIGHT)
 
 
 def _eigenvalues(covariance: Any) -> tuple[Array, Array]:

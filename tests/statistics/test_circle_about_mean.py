@@ -13,7 +13,7 @@ from sinssim.errors import InputError
 from sinssim.statistics.circular_error import circle_radius, radius_about_mean
 
 
-@pytest.mark.parametrize("share", [0.01, 0.5, 0.95, 0.9999])
+@pytest.mark.parametrize("share", [0.01, 0.5, 0.95, 0.9999, 1.0 - 1e-12])
 def test_equal_axes_have_a_closed_form(share: float) -> None:
     radius = circle_radius(9.0 * np.eye(2), share)
     assert float(radius) == pytest.approx(3.0 * math.sqrt(-2.0 * math.log1p(-share)), rel=1e-13)
