@@ -174,6 +174,11 @@ def _other(place: int) -> Rgb:
     return _shaded(_OTHERS[number], _ROUNDS[turn % len(_ROUNDS)])
 
 
+def others(count: int) -> list[Rgb]:
+    """Return the first colours of names that the table does not have."""
+    return [_other(place) for place in range(count)]
+
+
 def colors(names: Sequence[str]) -> list[Rgb]:
     """Return one colour per name: the table's colour or, for a name not in the table, the next free one.
 

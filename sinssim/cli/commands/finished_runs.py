@@ -70,22 +70,34 @@ def view(
 @command
 def runs(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A folder with runs.")] = Path("runs"),
+    html: Annotated[
+        bool, typer.Option("--html", help="Write the list with the runs' curves to DIR/runs.html.")
+    ] = False,
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
     """List the runs, ensembles, studies and budgets in a folder, the newest first.
 
     The list shows the scenario, the size and the date. For a run it also shows the rms horizontal error of the aided
-    solution, or else of the first algorithm.
+    solution, or else of the first algorithm. On the page that --html writes, the curves of runs, ensembles and budgets
+    are chosen and drawn on the same axes.
 
     Examples:
 
         sinssim runs
         sinssim runs results/2026 --json
+        sinssim runs --html
     """
     from sinssim.experiments.run.finished_runs import runs_in
 
     entries = runs_in(folder)
+    if html:
+        from sinssim.experiments.run.run_comparison import write_list
+
+        place = write_list(entries, folder)
+        if not as_json:
+            print(f"Page: {place}    (in any browser)")
+            return
     if as_json:
         print_json(
             [
@@ -102,7 +114,7 @@ def runs(
 
 @command
 def compare_runs(
-    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run directories.")],
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Directories of runs, ensembles and budgets.")],
     solution: Annotated[
         str | None,
         typer.Option(
@@ -120,8 +132,9 @@ def compare_runs(
 ) -> None:
     """Compare finished runs: tables of their errors, errors on common axes, and the keys that differ.
 
-    The runs may be of different scenarios; their errors are compared at the same times. Writes report.html and
-    comparison.json to runs/compare-A-B.
+    The runs may be of different scenarios; their errors are compared at the same times. On the page, the curves of all
+    their solutions, of scored ones, of ensembles and of budgets are chosen. Writes report.html and comparison.json to
+    runs/compare-A-B.
 
     Examples:
 
@@ -131,7 +144,7 @@ def compare_runs(
     from sinssim.experiments.run.run_comparison import compare_runs, write_comparison
 
     compared = compare_runs(runs, solution)
-    target = out or Path("runs") / ("compare-" + "-".join(run.name for run in compared.runs.values()))[:120]
+    target = out or Path("runs") / ("compare-" + "-".join(path.resolve().name for path in runs))[:120]
 
     contents, place = write_comparison(compared, target, overwrite=overwrite)
     if as_json:

@@ -151,19 +151,21 @@ _DOWN: _Plot = ("velocity_down", "Down velocity error", SPEED_SCALE, "speed", la
 _MAGNITUDES = ("horizontal", "speed", "attitude")
 
 
-def error_exhibits(run: WithErrors, period: float, *, apart: bool = True) -> Iterator[Item]:
+def error_exhibits(run: WithErrors, period: float, *, apart: bool = True, magnitudes: bool = True) -> Iterator[Item]:
     """Yield the errors over time, with marks at multiples of Schuler's period, s; see `error_charts`."""
     span, marks = _schuler_marks(float(run.time[0]), float(run.time[-1]), period)
     yield from _explanation(period, span[1] - span[0])
     if run.axes == "transported":
         yield Sentence(_NEAR_A_POLE, "note")
-    yield from error_charts(run, span, marks, apart=apart)
+    yield from error_charts(run, span, marks, apart=apart, magnitudes=magnitudes)
 
 
 def error_charts(
-    run: WithErrors, span: tuple[float, float], marks: Sequence[Rule] = (), *, apart: bool = True
-) -> Iterator[Charts]:
-    """Yield the errors over a span, s; `apart`, with the distance of the solutions from the first one."""
+    run: WithErrors, span: tuple[float, float], marks: Sequence[Rule] = (), *, apart: bool = True,
+    magnitudes: bool = True,
+) -> Iterator[Charts]:  # fmt: skip
+    """Yield the errors over a span, s; `apart`, with the distance of the solutions from the first one; without
+    `magnitudes`, only the components."""
     dashes = dict(zip(run.errors, _DASHES, strict=False)) if len(run.errors) <= len(_DASHES) else {}
     paint = _paint(run.errors)
     lines: dict[str, tuple[Line, ...]] = {}
@@ -181,8 +183,9 @@ def error_charts(
         y = Axis(units=fixed(*unit), low=0.0 if key in _MAGNITUDES else None)
         return Chart(key=f"navigation/{key}", title=title, x=over(span), y=y, marks=(*mile, *lines[key], *marks))
 
-    yield Charts("horizontal", ((chart(*_HORIZONTAL),),), WIDE)
-    charts = [chart(*plot) for plot in _PLOTS if lines[plot[0]]]
+    if magnitudes:
+        yield Charts("horizontal", ((chart(*_HORIZONTAL),),), WIDE)
+    charts = [chart(*plot) for plot in _PLOTS if lines[plot[0]] and (magnitudes or plot[0] not in _MAGNITUDES)]
     rows = tuple(tuple(charts[k : k + 2]) for k in range(0, len(charts), 2))
     yield Charts("errors", rows, (PAIR[0], PAIR[1] * len(rows)))
     if lines[_DOWN[0]]:

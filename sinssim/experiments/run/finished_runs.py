@@ -116,16 +116,23 @@ class FinishedRun:
                 return name, float(value)
         return None
 
+    @property
+    def with_errors(self) -> list[str]:
+        """Names of the solutions with errors over time, as the summary orders them."""
+        stored = {name.removeprefix("error_") for name in self._streams.names if name.startswith("error_")}
+        first = [name for name in self.numbers if name in stored]
+        return [*first, *sorted(stored - {*first})]
+
     def solution(self, wanted: str | None = None) -> str:
         """Return the name of a solution with errors over time: the `wanted` one, else that of the headline figure."""
         folder = self.path / "streams"
-        stored = {name.removeprefix("error_") for name in self._streams.names if name.startswith("error_")}
+        names = self.with_errors
         if "one_component" in self.scenario:
             raise InputError(
                 f"{self.path} is a run of the one-component system, whose errors are in a vertical plane; compare runs "
                 "of the same kind of motion in space."
             )
-        if not stored:
+        if not names:
             if not folder.is_dir():
                 why = "it was run without streams; run it again with --keep streams or --keep all."
             elif self.status != "finished":
@@ -133,10 +140,9 @@ class FinishedRun:
             else:
                 why = f"they do not follow from its streams. {reason_of(self.path)}"
             raise InputError(f"{self.path} has no errors over time: {why}")
-        names = [name for name in self.numbers if name in stored] or sorted(stored)
         if wanted is None:
-            return self.headline[0] if self.headline and self.headline[0] in stored else names[0]
-        if wanted not in stored:
+            return self.headline[0] if self.headline and self.headline[0] in names else names[0]
+        if wanted not in names:
             raise unknown_name(f"solution of {self.path}", wanted, names)
         return wanted
 
@@ -247,6 +253,26 @@ def load_streams(run: Path | str) -> FinishedStreams:
             f"{path} has no streams: it was run without them. Run it again with --keep streams or --keep all."
         )
     return FinishedStreams(path, stored)
+
+
+_NOT_COMPARED = ("name", "description", "views", "recording")
+
+
+def flat_keys(value: Any, path: str = "") -> Iterator[tuple[str, str]]:
+    """Yield the keys of a scenario with dots, and their values as text."""
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            if path or key not in _NOT_COMPARED:
+                yield from flat_keys(item, f"{path}.{key}" if path else key)
+    elif isinstance(value, list) and value and isinstance(value[0], Mapping):
+        for number, item in enumerate(value, start=1):
+            yield from flat_keys(item, f"{path}.{number}")
+    else:
+        yield path, ", ".join(map(_text, value)) if isinstance(value, list) else _text(value)
+
+
+def _text(value: Any) -> str:
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
 
 
 _DEPTH = 3

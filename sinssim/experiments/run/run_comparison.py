@@ -1,10 +1,12 @@
 """Finished runs beside each other.
 
-Errors over the time that they have in common, the keys that differ, report, directory, and tables.
+Errors over the time that they have in common, the keys that differ, report, directory, tables, and the page of a list.
 """
 
 from __future__ import annotations
 
+import datetime
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -24,7 +26,8 @@ from sinssim.experiments.run.error_exhibits import (
     note_on_errors,
     schuler_period,
 )
-from sinssim.experiments.run.finished_runs import Entry, FinishedRun
+from sinssim.experiments.run.finished_runs import Entry, FinishedRun, flat_keys, kind_of
+from sinssim.experiments.run.run_curves import Source, chosen_exhibits, differing, source_of
 from sinssim.formatting import size_text
 from sinssim.logs.stored_run import is_of_another, warn_of_version
 from sinssim.recording import style
@@ -32,12 +35,12 @@ from sinssim.recording.page import page_of
 from sinssim.recording.result import RunDirectory, write_json
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.system.outputs import write_text
+from sinssim.system.user_file import open_file
 from sinssim.units import duration_words, fixed
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.summary_types import ErrorNumbers
 
-_NOT_COMPARED = ("name", "description", "views", "recording")
 _LEAST_SPAN = 1.0
 
 
@@ -50,12 +53,16 @@ class ComparedRuns:
         solutions: name of the solution by label.
         errors: its errors by label.
         span: first and last time that all have, s.
+        others: ensembles and budgets beside them.
+        chosen: the solution that was asked for, None for that of each headline.
     """
 
     runs: Mapping[str, FinishedRun]
     solutions: Mapping[str, str]
     errors: Mapping[str, NavError]
     span: tuple[float, float]
+    others: Sequence[Path] = ()
+    chosen: str | None = None
 
     axes = "north"
 
@@ -77,28 +84,38 @@ class ComparedRuns:
     @cached_property
     def differences(self) -> dict[str, list[str]]:
         """The keys of the scenarios that differ: values as text, in the order of the runs, "–" for a missing key."""
-        flat = [dict(_flat(run.scenario)) for run in self.runs.values()]
-        keys = list(dict.fromkeys(key for entries in flat for key in entries))
-        rows = {key: [entries.get(key, "–") for entries in flat] for key in keys}
-        return {key: values for key, values in rows.items() if len(set(values)) > 1}
+        return differing([dict(flat_keys(run.scenario)) for run in self.runs.values()])
+
+    @cached_property
+    def sources(self) -> list[Source]:
+        """What has curves: the runs with all their solutions and scores, then ensembles and budgets."""
+        runs = [source_of(run.path, label, self.chosen) for label, run in self.runs.items()]
+        return [*runs, *(source_of(path, _label(path, self.others)) for path in self.others)]
 
 
 def compare_runs(folders: Sequence[Path], solution: str | None = None) -> ComparedRuns:
-    """Read the errors of finished runs, cut to the time in common, by default of the solution in the headline."""
+    """Read the errors of finished runs, cut to the time in common, by default of the solution in the headline; and
+    ensembles and budgets beside them."""
     if len(folders) < 2:
         raise InputError("a comparison needs at least two runs; give the directories of two or more.")
     twice = [str(path) for i, path in enumerate(folders) if path.resolve() in [o.resolve() for o in folders[:i]]]
     if twice:
         raise InputError(f"{twice[0]} is given twice; give each run once.")
-    finished_runs = [FinishedRun(folder) for folder in folders]
+    others = [folder for folder in folders if kind_of(folder) in ("ensemble", "error budget")]
+    finished_runs = [FinishedRun(folder) for folder in folders if folder not in others]
     for run in finished_runs:
         warn_of_version(run.path)
-    names = [run.name for run in finished_runs]
-    labels = [run.name if names.count(run.name) == 1 else str(run.path) for run in finished_runs]
+    labels = [_label(run.path, folders) for run in finished_runs]
     runs = dict(zip(labels, finished_runs, strict=True))
     solutions = {label: run.solution(solution) for label, run in runs.items()}
     errors = {label: run.errors(solutions[label]) for label, run in runs.items()}
-    return ComparedRuns(runs, solutions, errors, _common(errors))
+    return ComparedRuns(runs, solutions, errors, _common(errors) if errors else (0.0, 0.0), others, solution)
+
+
+def _label(path: Path, paths: Sequence[Path]) -> str:
+    """Return the name of a directory; its path if another one has the same name."""
+    names = [other.resolve().name for other in paths]
+    return path.resolve().name if names.count(path.resolve().name) == 1 else str(path)
 
 
 def _common(errors: Mapping[str, NavError]) -> tuple[float, float]:
@@ -115,62 +132,56 @@ def _common(errors: Mapping[str, NavError]) -> tuple[float, float]:
     return start, end
 
 
-def _flat(value: Any, path: str = "") -> Iterator[tuple[str, str]]:
-    """Yield the keys of a scenario with dots, and their values as text."""
-    if isinstance(value, Mapping):
-        for key, item in value.items():
-            if path or key not in _NOT_COMPARED:
-                yield from _flat(item, f"{path}.{key}" if path else key)
-    elif isinstance(value, list) and value and isinstance(value[0], Mapping):
-        for number, item in enumerate(value, start=1):
-            yield from _flat(item, f"{path}.{number}")
-    else:
-        yield path, ", ".join(map(_text, value)) if isinstance(value, list) else _text(value)
-
-
-def _text(value: Any) -> str:
-    return f"{value:.10g}" if isinstance(value, float) else str(value)
-
-
-_MOST_KEYS = 60
-
-
-def comparison_exhibits(compared: ComparedRuns) -> Exhibits:
-    """Return what finished runs beside each other have to show."""
-    start, end = compared.span
+def comparison_exhibits(compared: ComparedRuns, place: Path = Path()) -> Exhibits:
+    """Return what finished runs beside each other have to show, for a page in the folder `place`."""
     page: tuple[Medium, ...] = ("page",)
-    title = f"errors from {start:g} s to {end:g} s, which all runs have"
+    curves, keys = chosen_exhibits(compared.sources, place)
+    items: list[Item] = [Section("Runs", [_runs(compared)])]
+    if compared.errors:
+        items = [Sentence(_span(compared), on=page), *items, *_errors(compared)]
+        curves += error_exhibits(compared, _period(compared), apart=False, magnitudes=False)
+    items += [Section("Errors over time", curves, on=page), Section("What differs in the scenarios", keys, on=page)]
+    return Exhibits("Comparison of " + ", ".join(source.label for source in compared.sources), items)
+
+
+def _span(compared: ComparedRuns) -> str:
+    start, end = compared.span
     cut = " A run that is longer is cut to it." if compared.is_cut else ""
-    span = f"Errors from {start:g} s to {end:g} s ({duration_words(end - start)}), which all runs have.{cut}"
-    where = "comparison.json; all samples: sinssim.load_streams of each run"
-    errors = error_table(compared.numbers, title, "run")
-    unfinished = {label: run for label, run in compared.runs.items() if run.status != "finished"}
-    items: list[Item] = [
-        Sentence(span, on=page),
-        Section("Runs", [_runs(compared)]),
-        errors,
-        note_on_errors(where=where),
-        *(Sentence(f"{label} {run.status}: {run.summary.get('message', '')}", on=("console",))
-          for label, run in unfinished.items()),
-        Section("Errors over time", list(error_exhibits(compared, _period(compared), apart=False)), on=page),
-        Section("What differs in the scenarios", list(_differences(compared)), on=page),
-    ]  # fmt: skip
-    return Exhibits("Comparison of " + ", ".join(compared.runs), items)
+    return f"Errors from {start:g} s to {end:g} s ({duration_words(end - start)}), which all runs have.{cut}"
+
+
+def _errors(compared: ComparedRuns) -> Iterator[Item]:
+    """Yield the table of errors, and which runs did not finish."""
+    start, end = compared.span
+    yield error_table(compared.numbers, f"errors from {start:g} s to {end:g} s, which all runs have", "run")
+    yield note_on_errors(where="comparison.json; all samples: sinssim.load_streams of each run")
+    for label, run in compared.runs.items():
+        if run.status != "finished":
+            yield Sentence(f"{label} {run.status}: {run.summary.get('message', '')}", on=("console",))
 
 
 def _runs(compared: ComparedRuns) -> Table:
-    """Return the runs: scenario, solution, times, date."""
+    """Return the runs: scenario, solution, times, date; and ensembles and budgets."""
     heads = ("scenario", "solution", "status", "date", "seed", "time [s]")
     rows = []
-    for label, run in compared.runs.items():
-        time = compared.errors[label].time
-        rows.append(
-            (label, str(run.summary["scenario"]), compared.solutions[label], run.status, f"{run.date:%Y-%m-%d %H:%M}",
-             str(run.summary.get("seed", "–")), f"{time[0]:g} … {time[-1]:g}")
-        )  # fmt: skip
-    first = Column("run", words=True)
-    paint = style.colors(list(compared.runs))
-    return Table((first, *(Column(head, words=head not in ("seed", "time [s]")) for head in heads)), rows, colors=paint)
+    for source in compared.sources:
+        time = source.curves[0].time
+        run = compared.runs.get(source.label)
+        if run is None or run.path != source.path:
+            date = datetime.datetime.fromtimestamp(source.path.stat().st_mtime).astimezone()
+            about = ("", source.names, str(kind_of(source.path)), f"{date:%Y-%m-%d %H:%M}", "–")
+        else:
+            time = compared.errors[source.label].time
+            about = (str(run.summary["scenario"]), compared.solutions[source.label], run.status,
+                     f"{run.date:%Y-%m-%d %H:%M}", str(run.summary.get("seed", "–")))  # fmt: skip
+        rows.append((source.label, *about, f"{time[0]:g} … {time[-1]:g}", source.names))
+    columns = [Column(head, words=head not in ("seed", "time [s]")) for head in heads]
+    paint = style.others(len(rows))
+    return Table((Column("run", words=True), *columns, _CURVES), rows, colors=paint)
+
+
+_CURVES = Column("curves", words=True, on=("page",))
+"""The column in which the script of a page has its check boxes."""
 
 
 def _period(compared: ComparedRuns) -> float:
@@ -180,18 +191,6 @@ def _period(compared: ComparedRuns) -> float:
     ellipsoid = str(run.scenario.get("truth", {}).get("ellipsoid", "wgs84"))
     state = NavState(latitude, np.zeros(1), height, np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0, 0.0]]))
     return schuler_period(state, ellipsoid_by_name(ellipsoid))
-
-
-def _differences(compared: ComparedRuns) -> Iterator[Item]:
-    """Yield the keys that differ."""
-    rows = compared.differences
-    if not rows:
-        yield Sentence("The scenarios are the same.")
-        return
-    heads = (Column("key", words=True), *(Column(label, words=True) for label in compared.runs))
-    yield Table(heads, [(key, *values) for key, values in list(rows.items())[:_MOST_KEYS]])
-    if len(rows) > _MOST_KEYS:
-        yield Sentence(f"And {len(rows) - _MOST_KEYS} more; comparison.json has all of them.", "note")
 
 
 def write_comparison(compared: ComparedRuns, target: Path, *, overwrite: bool = False) -> tuple[dict[str, Any], Path]:
@@ -213,13 +212,60 @@ def write_comparison(compared: ComparedRuns, target: Path, *, overwrite: bool = 
     }
     folder = RunDirectory(target, overwrite=overwrite)
     with folder.writing():
-        write_text(folder.path / "report.html", page_of(comparison_exhibits(compared)))
+        write_text(folder.path / "report.html", page_of(comparison_exhibits(compared, folder.target)))
         write_json(folder.path / "comparison.json", contents)
         return contents, folder.keep()
 
 
-def list_exhibits(entries: Sequence[Entry], folder: Path) -> Iterator[Item]:
-    """Yield the runs in a folder."""
+def list_page(entries: Sequence[Entry], folder: Path, place: Path) -> str:
+    """Return the runs in a folder as a page, HTML, on which the reader draws their curves on the same axes.
+
+    Args:
+        entries: what `runs_in` returns.
+        folder: the folder.
+        place: folder of the page.
+    """
+    sources = []
+    for entry in entries:
+        label = _place(entry.path, folder)
+        try:
+            sources.append(source_of(entry.path, label))
+        except InputError:
+            sources.append(Source(label, entry.path, []))
+    curves, keys = chosen_exhibits(sources, place)
+    texts = [source.names for source in sources]
+    items = [Section("Runs", list(list_exhibits(entries, folder, texts))), Section("Errors over time", curves),
+             Section("What differs in the scenarios", keys)]  # fmt: skip
+    return page_of(Exhibits(f"Runs in {folder.resolve().name}", items))
+
+
+def write_list(entries: Sequence[Entry], folder: Path) -> Path:
+    """Write the page of the runs in a folder to runs.html there, in place of an older one, and return its place."""
+    page = folder / "runs.html"
+    if os.path.lexists(page) and (page.is_symlink() or not page.is_file() or _TITLE not in _beginning(page)):
+        raise InputError(f"{page} is no list of runs that sinssim wrote; move it away or rename it.")
+    try:
+        write_text(page, list_page(entries, folder, folder))
+    except OSError as error:
+        raise InputError(f"{page} cannot be written: {error.strerror or error}.") from error
+    return page
+
+
+_TITLE = "<title>Runs in "
+
+
+def _beginning(file: Path) -> str:
+    with open_file(file) as opened:
+        return bytes(opened.read(4096)).decode(errors="replace")
+
+
+def _place(path: Path, folder: Path | None) -> str:
+    """Return the name of a run's directory, in the folder of a list if there is one."""
+    return str(path if folder in (None, path) else path.relative_to(folder))
+
+
+def list_exhibits(entries: Sequence[Entry], folder: Path, curves: Sequence[str] = ()) -> Iterator[Item]:
+    """Yield the runs in a folder; on a page, with the names of their curves."""
     if not entries:
         yield Sentence(
             f"No runs in {folder}. `sinssim run SCENARIO` writes one to runs/SCENARIO, or to the folder given with -o; "
@@ -230,15 +276,17 @@ def list_exhibits(entries: Sequence[Entry], folder: Path) -> Iterator[Item]:
         *(Column(head, words=True) for head in ("directory", "kind", "scenario")), Column("horizontal rms", fixed("m")),
         Column("of", words=True), Column("size"), Column("date", words=True),
     )  # fmt: skip
+    names: list[tuple[str, ...]] = [(text,) for text in curves] or [()] * len(entries)
     rows = [
         (
-            str(entry.path), entry.kind if entry.status in ("", "finished") else f"{entry.kind}, {entry.status}",
+            _place(entry.path, folder if curves else None),
+            entry.kind if entry.status in ("", "finished") else f"{entry.kind}, {entry.status}",
             entry.scenario, "" if (rms := entry.rms_horizontal_error_m) is None else rms, entry.solution,
-            size_text(entry.size_bytes), f"{entry.date:%Y-%m-%d %H:%M}",
+            size_text(entry.size_bytes), f"{entry.date:%Y-%m-%d %H:%M}", *text,
         )
-        for entry in entries
+        for entry, text in zip(entries, names, strict=True)
     ]  # fmt: skip
-    yield Table(columns, rows)
+    yield Table((*columns, _CURVES) if curves else columns, rows)
     yield Sentence(f"{len(entries)} in {folder}, {size_text(sum(entry.size_bytes for entry in entries))}.")
     for entry in entries:
         if is_of_another(entry.path):

@@ -1,7 +1,7 @@
 // What one can do with a chart beside dragging: the wheel, fingers and keys, and the part shown as CSV, PNG and SVG.
 "use strict";
 (() => {
-  const {css, ends, show, point, visit, events, above, resolution} = live;
+  const {css, ends, show, point, visit, events, above, resolution, keep, kept, replace} = live;
   const LEAST = 1e-5; // smallest part of the whole that is shown
 
   // Ends of the horizontal axis on a scale on which equal parts are equally wide, and the way back.
@@ -54,15 +54,15 @@
 
   function keys(chart) {
     const {figure} = chart;
+    if (!figure.hasAttribute("tabindex")) figure.addEventListener("keydown", event => {
+      if (event.target !== figure || event.ctrlKey || event.altKey || event.metaKey || !KEYS[event.key]) return;
+      event.preventDefault();
+      KEYS[event.key](live.drawn.find(other => other.figure === figure), event.shiftKey);
+    });
     figure.tabIndex = 0;
     figure.setAttribute("role", "group");
     figure.setAttribute("aria-label", `${chart.title || chart.y.label}: arrow keys move the cursor, plus and minus zoom, `
       + "page keys move the part shown, N and P go to the next and the former mark, Escape shows all");
-    figure.addEventListener("keydown", event => {
-      if (event.target !== figure || event.ctrlKey || event.altKey || event.metaKey || !KEYS[event.key]) return;
-      event.preventDefault();
-      KEYS[event.key](chart, event.shiftKey);
-    });
     for (const name of figure.querySelectorAll(".u-series:not(:first-child) th")) {
       name.tabIndex = 0;
       name.setAttribute("role", "button");
@@ -270,6 +270,21 @@
     ["SVG", "Save what is shown as SVG", async chart => save(new Blob([picture(chart)], {type: "image/svg+xml"}), `${fileName(chart)}.svg`)],
   ];
 
+  // Changes the vertical scale between linear and logarithmic; the address keeps the charts that have the other one.
+  function logSwitch(chart) {
+    const button = document.createElement("button"), {figure, y} = chart;
+    Object.assign(button, {type: "button", textContent: "log", title: "Logarithmic scale", className: "log"});
+    button.setAttribute("aria-pressed", y.log);
+    button.addEventListener("click", async () => {
+      const others = (kept("log") ?? "").split(" ").filter(key => key && key !== chart.key);
+      keep({log: [...others, ...(y.log === chart.wasLog ? [chart.key] : [])].join(" ") || null});
+      const page = figure.chart ?? JSON.parse(figure.dataset.chart);
+      await replace(figure, {...page, y: {...page.y, log: chart.wasLog}});
+      figure.querySelector(".log").focus();
+    });
+    return button;
+  }
+
   function tools(chart) {
     const row = document.createElement("div");
     row.className = "tools";
@@ -282,6 +297,7 @@
       });
       row.append(button);
     }
+    if (chart.logs) row.append(logSwitch(chart));
     chart.said = document.createElement("div");
     chart.said.className = "said";
     chart.said.setAttribute("aria-live", "polite");

@@ -18,11 +18,12 @@ const live = (() => {
     ? getComputedStyle(document.documentElement).getPropertyValue(name).trim() : name;
   const signed = text => text.replace(/-/g, "\u2212");
 
+  const inflate = text => new Response(new Blob([Uint8Array.from(atob(text), c => c.charCodeAt(0))])
+    .stream().pipeThrough(new DecompressionStream("deflate-raw")));
+
   // The arrays of a chart: from the differences of their bits, by planes of bytes, as Python's _packed writes them.
   async function unpack({numbers, counts}) {
-    const packed = new Blob([Uint8Array.from(atob(numbers), c => c.charCodeAt(0))]);
-    const planes = new Uint8Array(await new Response(
-      packed.stream().pipeThrough(new DecompressionStream("deflate-raw"))).arrayBuffer());
+    const planes = new Uint8Array(await inflate(numbers).arrayBuffer());
     const all = planes.length / 4;
     let at = 0;
     return counts.map(count => {
@@ -76,6 +77,16 @@ const live = (() => {
     groups.flatMap(({of}) => of).forEach((k, place) => { data[k + 1] = joined[place + 1]; });
     return data;
   }
+
+  // What the address keeps after its #: a value by name; null takes it away.
+  function keep(values) {
+    const state = new URLSearchParams(location.hash.slice(1));
+    for (const [name, value] of Object.entries(values)) {
+      if (value === null) state.delete(name); else state.set(name, value);
+    }
+    history.replaceState(null, "", `#${state}`);
+  }
+  const kept = name => new URLSearchParams(location.hash.slice(1)).get(name);
 
   const cursor = u => u.cursor.left >= 0 ? u.posToVal(u.cursor.left, "x") : null;
 
@@ -237,7 +248,8 @@ const live = (() => {
   }
 
   function axis(chart, side) {
-    const upright = side === 3, {log, ticks} = upright ? chart.y : chart.x;
+    const upright = side === 3, {log} = upright ? chart.y : chart.x;
+    const ticks = upright && log !== chart.wasLog ? [] : (upright ? chart.y : chart.x).ticks;
     return {
       side, font: FONT, stroke: () => css("--soft"), incrs: log ? undefined : STEPS, space: upright ? 34 : 75,
       grid: {stroke: () => css("--hair"), width: 1}, ticks: {show: false}, gap: 6,
@@ -340,10 +352,29 @@ const live = (() => {
     });
   }
 
-  async function draw(figure) {
-    const still = figure.querySelector("svg"), chart = JSON.parse(figure.dataset.chart);
+  // Takes a drawn chart away, and draws another in its place: as the page has it, or with other curves and their arrays.
+  async function replace(figure, chart) {
+    figure.chart = chart;
+    const old = drawn.find(other => other.figure === figure);
+    if (!old) return; // it is drawn when it comes into sight
+    old.sized.disconnect();
+    old.plot.destroy();
+    figure.querySelector(".curves").remove();
+    figure.classList.remove("drawn");
+    drawn.splice(drawn.indexOf(old), 1);
+    await draw(figure, old.seen);
+    refresh();
+  }
+
+  async function draw(figure, seen = false) {
+    const still = figure.querySelector("svg"), chart = figure.chart ?? JSON.parse(figure.dataset.chart);
     const {width, height} = still.getBoundingClientRect();
-    const {data, options, bands} = series(chart, await unpack(chart));
+    const wasLog = chart.wasLog = chart.y.log, asked = (kept("log") ?? "").split(" ").includes(chart.key);
+    const {data, options, bands} = series(chart, chart.arrays ?? await unpack(chart));
+    if (figure.chart && figure.chart !== chart) return draw(figure, seen); // it has become another meanwhile
+    const values = data.slice(1).flat();
+    chart.logs = wasLog || !chart.bands.some(band => band.share) && values.some(v => v > 0) && !values.some(v => v < 0);
+    chart.y.log = wasLog !== (asked && chart.logs);
     const place = document.createElement("div"), head = heading(chart);
     place.className = "curves";
     place.append(head);
@@ -351,12 +382,14 @@ const live = (() => {
     figure.style.width = `${still.getAttribute("width")}px`;
     figure.classList.add("drawn"); // the chart measures itself where it is seen
     const vertical = (u, low, high) => {
-      if (ends(chart) === chart.x.ends || chart.y.ticks.length) return chart.y.ends;
+      const other = chart.y.log !== wasLog, all = ends(chart) === chart.x.ends;
+      if (!other && (all || chart.y.ticks.length)) return chart.y.ends;
       const sides = options.flatMap((curve, k) => curve.width && u.series[k + 1].show // lines of few points go on
-        ? ends(chart).map(at => between(u, k + 1, at)) : []).filter(v => v !== null && v !== undefined);
+        ? ends(chart).map(at => between(u, k + 1, at)) : []).filter(v => chart.y.log ? v > 0 : v !== null && v !== undefined);
       [low, high] = [Math.min(...sides, low ?? Infinity), Math.max(...sides, high ?? -Infinity)];
-      if (low > high) return chart.y.ends;
-      return chart.y.log ? uPlot.rangeLog(low, high, 10, false) : uPlot.rangeNum(low, high, 0.08, true);
+      if (low > high) return other ? [0.1, 1] : chart.y.ends;
+      if (chart.y.log) return uPlot.rangeLog(Math.max(low, 1e-6 * high), high, 10, false);
+      return uPlot.rangeNum(other && all ? 0 : low, high, 0.08, true);
     };
     const plot = new uPlot({
       width, height, bands, padding: [chart.rules.some(rule => rule.upright && rule.text) ? 16 : 8, RIGHT, 0, 0],
@@ -389,13 +422,14 @@ const live = (() => {
         }],
       },
     }, data, place);
-    Object.assign(chart, {plot, figure, options, seen: false});
     const room = () => Math.max(LEAST, height - head.offsetHeight);
-    plot.setSize({width, height: room()});
-    new ResizeObserver(() => {
+    const sized = new ResizeObserver(() => {
       const wide = figure.clientWidth;
       if (wide > 0 && Math.abs(wide - plot.width) > 1) plot.setSize({width: wide, height: room()});
-    }).observe(figure);
+    });
+    Object.assign(chart, {plot, figure, options, seen, sized});
+    plot.setSize({width, height: room()});
+    sized.observe(figure);
     drawn.push(chart);
     shared.draws.forEach(call => call(chart));
   }
@@ -429,5 +463,6 @@ const live = (() => {
     });
   }
   document.addEventListener("DOMContentLoaded", begin);
-  return Object.assign(shared, {css, ends, show, point, visit, events, above, copy, cursor, between, resolution, unpack});
+  return Object.assign(shared, {css, ends, show, point, visit, events, above, copy, cursor, between, resolution, unpack,
+                                inflate, keep, kept, replace});
 })();

@@ -191,8 +191,13 @@ def _packed(arrays: Sequence[Array]) -> str:
     parts = [np.diff(part.view("<u4"), prepend=np.uint32(0)).view("<i4") for part in arrays]
     steps = np.concatenate([np.empty(0, "<i4"), *parts])
     planes = ((steps << 1) ^ (steps >> 31)).astype("<i4").view(np.uint8).reshape(-1, 4).T
+    return base64.b64encode(deflated(planes.tobytes())).decode()
+
+
+def deflated(contents: bytes) -> bytes:
+    """Return bytes deflated as the script of a page inflates them."""
     packer = zlib.compressobj(6, wbits=-15)
-    return base64.b64encode(packer.compress(planes.tobytes()) + packer.flush()).decode()
+    return packer.compress(contents) + packer.flush()
 
 
 def interactive(item: Interactive) -> str:
@@ -227,10 +232,10 @@ def policy(body: Iterable[str]) -> str:
 
 _HINT = (
     '<p class="note hint" hidden>Drag across a curve to zoom in; a double click shows all again. Move over a curve to '
-    "read its values; click on a name to hide its curve, and on a mark above to see what follows it. A chart that was "
-    "clicked on follows the wheel and the keys: <kbd>←</kbd> <kbd>→</kbd> move the cursor, with <kbd>Shift</kbd> far; "
-    "<kbd>+</kbd> <kbd>−</kbd> zoom; <kbd>Page Up</kbd> <kbd>Page Down</kbd> move the part that is shown; "
-    "<kbd>Esc</kbd> shows all.</p>"
+    "read its values; click on a name to hide its curve, and on a mark above to see what follows it; <em>log</em> "
+    "changes the scale. A chart that was clicked on follows the wheel and the keys: <kbd>←</kbd> <kbd>→</kbd> move the "
+    "cursor, with <kbd>Shift</kbd> far; <kbd>+</kbd> <kbd>−</kbd> zoom; <kbd>Page Up</kbd> <kbd>Page Down</kbd> move "
+    "the part that is shown; <kbd>Esc</kbd> shows all.</p>"
 )
 
 

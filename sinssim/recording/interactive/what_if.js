@@ -379,8 +379,7 @@
   function change(view, keep = true) {
     const {budget, factors} = view;
     if (keep) {
-      const state = budget.sources.map(({name, value}, k) => factors[k] === 1 ? "" : `${name}=${twelve(value * factors[k])}`);
-      history.replaceState(null, "", `#${state.filter(Boolean).join("&")}`);
+      live.keep(Object.fromEntries(budget.sources.map(({name, value}, k) => [name, factors[k] === 1 ? null : twelve(value * factors[k])])));
     }
     cancelAnimationFrame(view.due);
     view.due = requestAnimationFrame(() => show(view));

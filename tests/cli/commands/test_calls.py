@@ -201,8 +201,9 @@ def test_compare_runs(sinssim: Sinssim, put: Put) -> None:
     wrote = put("experiments.run.run_comparison.write_comparison", (SUMMARY, Path("place")))
     put("experiments.run.run_comparison.comparison_exhibits", "exhibits")
     shown = put("recording.console.show")
-    assert sinssim("compare-runs", "a", "b") == report("place")
-    assert compared.args == ([Path("a"), Path("b")], None)
+    second = "s" * 200
+    assert sinssim("compare-runs", "a/first", second) == report("place")
+    assert compared.args == ([Path("a/first"), Path(second)], None)
     assert wrote.args == (compared.value, Path("runs/compare-first-" + "s" * 106))  # 120 characters
     assert wrote.options == {"overwrite": False}
     assert shown.args[0] == "exhibits"

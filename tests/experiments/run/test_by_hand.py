@@ -150,10 +150,10 @@ def test_the_report_of_a_comparison(pair: list[Path]) -> None:
     assert "Errors from 5 s to 13 s (8 s), which all runs have. A run that is longer is cut to it." in words
     cells = texts(page)
     dates = [f"{datetime.datetime.fromtimestamp(at):%Y-%m-%d %H:%M}" for at in (1_000_000_000, 1_100_000_000)]
-    start = cells.index(["run", "scenario", "solution", "status", "date", "seed", "time [s]"])
+    start = cells.index(["run", "scenario", "solution", "status", "date", "seed", "time [s]", "curves"])
     assert cells[start + 1 : start + 3] == [
-        ["early", "scenario early", "euler", "finished", dates[0], "11", "3 … 13"],
-        ["late", "scenario late", "poisson", "failed", dates[1], "12", "5 … 23"],
+        ["early", "scenario early", "euler", "finished", dates[0], "11", "3 … 13", "euler"],
+        ["late", "scenario late", "poisson", "failed", dates[1], "12", "5 … 23", "poisson"],
     ]
     assert cells[-4:] == [["key", "early", "late"], ["flight.1.kind", "climb", "descent"],
                           ["flight.1.heights_m", "1.5, 2500", "1.5, 900"], ["imu.bias_ug", "–", "0.3"]]  # fmt: skip
@@ -185,7 +185,7 @@ def test_many_keys_are_counted(tmp_path: Path) -> None:
     tables = ["[imu]\n" + "".join(f"key_{k} = {k + size}\n" for k in range(67)) for size in (1, 2)]
     folders = [write(tmp_path / name, EARLY, more=more) for name, more in zip("ab", tables, strict=True)]
     page = page_of(comparison_exhibits(compare_runs(folders)))
-    assert "And 7 more; comparison.json has all of them." in page
+    assert "And 7 more; each scenario.toml has all of its keys." in page
     assert texts(page)[-1] == ["imu.key_59", "60", "61"]
 
 

@@ -11,6 +11,7 @@ import json
 import re
 import zlib
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -312,16 +313,48 @@ def test_all_can_be_done_with_keys(page: Page) -> None:
     page.key("Escape")
     assert shown(page) == [[0.0, 60.0]] * 2
     order = []
-    for _ in range(6):
+    for _ in range(7):
         page.key("Tab")
         order.append(focus(page))
-    assert order == ["whole", "ends", "CSV", "PNG", "SVG", "group"]
+    assert order == ["whole", "ends", "CSV", "PNG", "SVG", "log", "group"]
     page.value("document.querySelector('.live').focus()")
     page.key("Tab", "Enter")
     assert page.value("[live.drawn[0].plot.series[1].show, document.activeElement.getAttribute('aria-pressed')]") == [
         False,
         "false",
     ]
+
+
+def test_the_scale_of_a_chart_is_linear_or_logarithmic_and_the_address_keeps_it(page: Page) -> None:
+    ends = page.value("live.drawn[1].plot.scales.y.max")
+    page.value("document.querySelectorAll('.live')[1].querySelector('.log').focus()")
+    page.key("Enter")
+    page.drawn()
+    assert page.value("location.hash.slice(1)") == "log=k"
+    assert page.value("document.activeElement.getAttribute('aria-pressed')") == "true"
+    places = page.value("[1, 10, 100].map(v => live.drawn.find(chart => chart.figure === "
+                        "document.activeElement.closest('.live')).plot.valToPos(v, 'y'))")  # fmt: skip
+    assert places[0] - places[1] == pytest.approx(places[1] - places[2], abs=0.01)
+    assert places[1] - places[2] > 20.0
+    page.key("Enter")
+    page.drawn()
+    assert page.value("location.hash.slice(1)") == ""
+    assert page.value("live.drawn.at(-1).plot.scales.y.max") == ends
+    assert page.problems == []
+
+
+def test_a_scale_is_logarithmic_only_where_values_are_positive(browser: Page, tmp_path: Path) -> None:
+    time = np.array([0.0, 1800.0, 3600.0])
+    charts = [replace(chart(Line(label="a", x=time, y=np.array(y))), key=key)
+              for key, y in (("plus", [0.0, 2.0, 50.0]), ("minus", [-1.0, 2.0, 50.0]))]  # fmt: skip
+    path = tmp_path / "page.html"
+    path.write_text(page_of(Exhibits("p", (group(*charts),))), encoding="utf-8")
+    browser.open(file_address(path) + "#log=plus+minus", "live.drawn.length === 2")
+    browser.drawn()
+    found = browser.value(
+        "live.drawn.map(({key, y, plot, figure}) => [key, y.log, !!figure.querySelector('.log'), plot.scales.y.min])"
+    )
+    assert sorted(found) == [["minus", False, False, -20.0], ["plus", True, True, 2.0]]
 
 
 def test_zoomed_in_there_are_more_rows_and_no_spike_is_lost(page: Page) -> None:
