@@ -1,7 +1,9 @@
-"""Progress of long work: a function that is told of it, or bars on standard error."""
+"""Progress of long work: a function that is told of it, or bars or lines on standard error."""
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -14,6 +16,15 @@ if TYPE_CHECKING:
 Progress = Callable[[str, float], None]
 """Called with a stage, or a description of the current work, and the fraction done, 0…1. After a stage, ": " and its
 current work may follow."""
+
+VARIABLE = "SINSSIM_PROGRESS"
+"""Environment variable that is "lines" where another program reads the progress: a line on standard error at each
+percent, "progress 0.42 Navigating", instead of bars."""
+
+
+def as_lines() -> bool:
+    """Return whether progress is printed as lines."""
+    return os.environ.get(VARIABLE) == "lines"
 
 
 @contextmanager
@@ -33,6 +44,9 @@ def shown(progress: Progress | bool | None, stages: Mapping[str, str] | None = N
         return
     if not progress:
         yield silent
+        return
+    if as_lines():
+        yield _lines(stages or {})
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
@@ -54,6 +68,22 @@ def shown(progress: Progress | bool | None, stages: Mapping[str, str] | None = N
             bars.update(tasks[stage], completed=fraction, visible=True, description=f"{stages[stage]} {work}"[:60])
 
         yield report
+
+
+def _lines(stages: Mapping[str, str]) -> Progress:
+    """Return the function that prints lines, with the text of each stage."""
+    last = ""
+
+    def report(text: str, fraction: float) -> None:
+        nonlocal last
+        stage, _, work = text.partition(": ")
+        words = f"{stages[stage]} {work}".strip() if stage in stages else text
+        line = f"progress {min(max(fraction, 0.0), 1.0):.2f} {words}"
+        if line != last:
+            last = line
+            print(line, file=sys.stderr, flush=True)
+
+    return report
 
 
 def silent(text: str, fraction: float) -> None:

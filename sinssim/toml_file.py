@@ -428,18 +428,24 @@ _TOO_DEEP = f"tables or arrays are nested more than {_DEEPEST} deep; a scenario 
 
 
 def read_toml(file: Path) -> tuple[str, dict[str, Any]]:
-    """Read a TOML file."""
+    """Read a TOML file; return its text and its contents."""
     try:
         text = read_text(file, encoding="utf-8")
-        if any(len(_DOTTED.findall(part)) > _MOST_DOTS for part in _ENDS.split(text.translate(_BLANKS))):
-            raise RecursionError  # tomllib takes the square of the time for a key of so many parts
-        return text, tomllib.loads(text)
     except OSError as error:
         raise InputError(f"{file} cannot be read: {error.strerror}.") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{file} is not a text file in UTF-8: byte {error.start} is not valid.") from error
+    return text, parse_toml(text, str(file))
+
+
+def parse_toml(text: str, source: str) -> dict[str, Any]:
+    """Return the contents of a TOML text; `source` names it in errors."""
+    try:
+        if any(len(_DOTTED.findall(part)) > _MOST_DOTS for part in _ENDS.split(text.translate(_BLANKS))):
+            raise RecursionError  # tomllib takes the square of the time for a key of so many parts
+        return tomllib.loads(text)
     except RecursionError:
-        raise InputError(f"{file}: {_TOO_DEEP}") from None
+        raise InputError(f"{source}: {_TOO_DEEP}") from None
     except tomllib.TOMLDecodeError as error:
         message = str(error)
         lines = text.splitlines()
@@ -448,9 +454,9 @@ def read_toml(file: Path) -> tuple[str, dict[str, Any]]:
         line = int(place[1]) if place and place[1] else len(lines)
         column = f", column {place[2]}" if place and place[2] else ""
         shown = shortened(lines[line - 1].strip()) if 0 < line <= len(lines) else ""
-        raise InputError(f"{file}, line {line}{column}: TOML syntax: {shortened(what)}, in:  {shown}") from error
+        raise InputError(f"{source}, line {line}{column}: TOML syntax: {shortened(what)}, in:  {shown}") from error
     except ValueError as error:  # an integer of thousands of digits, a 30th of February
-        raise InputError(f"{file} cannot be read: {error}.") from error
+        raise InputError(f"{source} cannot be read: {error}.") from error
 
 
 def validate(

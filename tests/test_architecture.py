@@ -46,6 +46,8 @@ HOMES = {
     "rich": {"cli", "recording.console", "progress", "*_table"},
     "matplotlib": {"recording.figures"},
     "pymavlink": {"experiments.run.stream_packets"},
+    "starlette": {"cli.workbench"},
+    "uvicorn": {"cli.workbench"},
 }
 """Libraries that only these parts may import; "*" stands for any beginning of a module's name."""
 

@@ -11,6 +11,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
+from sinssim.progress import as_lines
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -81,8 +83,8 @@ def standard_streams() -> None:
 
 
 def has_bars(quiet: bool) -> bool:
-    """Return whether progress is shown: on a terminal, unless the command is quiet."""
-    return not quiet and sys.stderr.isatty()
+    """Return whether progress is shown: on a terminal, or to a program that reads it, unless the command is quiet."""
+    return not quiet and (sys.stderr.isatty() or as_lines())
 
 
 def console(least_width: int = 0) -> Console:

@@ -63,16 +63,17 @@ ul { max-width: 60rem; margin: .3rem 0; } li { margin: .15rem 0; }
 )
 
 
-def page(title: str, body: Iterable[str], style: str = "") -> str:
+def page(title: str, body: Iterable[str], style: str = "", *, asks: bool = False) -> str:
     """Return a whole page: HTML; it refers to nothing outside itself.
 
     Args:
         title: title in the browser's tab.
+        asks: whether its script asks the server of the page.
     """
     parts = list(body)
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        f'<meta http-equiv="Content-Security-Policy" content="{policy(parts)}">'
+        f'<meta http-equiv="Content-Security-Policy" content="{policy(parts, asks=asks)}">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>{words(title)}</title><style>{_STYLE}{style}</style></head>\n<body><main>\n"
         + "\n".join(parts)

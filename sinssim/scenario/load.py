@@ -18,7 +18,7 @@ from sinssim.scenario.schema import Scenario
 from sinssim.sensors.imu.grades import SUFFIX, find_grade
 from sinssim.system.extensions import file_digest, items_of
 from sinssim.system.user_file import read_text
-from sinssim.toml_file import read_toml, validate
+from sinssim.toml_file import parse_toml, read_toml, validate
 
 Overrides = str | Sequence[str]
 """Settings "key.path=value" that replace values of a scenario."""
@@ -47,11 +47,18 @@ def load_scenario(path: str | Path, overrides: Overrides = ()) -> Scenario:
     return _overridden(data, text, str(path), overrides, file)
 
 
-def scenario_of_text(text: str, folder: Path, overrides: Overrides = ()) -> Scenario:
-    """Return the checked scenario of a text as in a file of a folder, to which its paths are relative."""
-    data = tomllib.loads(text)
+def scenario_of_text(
+    text: str, folder: Path, overrides: Overrides = (), *, source: str = "the suggested scenario", name: str = ""
+) -> Scenario:
+    """Return the checked scenario of a text as in a file of a folder, to which its paths are relative.
+
+    `source` names the text in errors, and `name` is that of the scenario if the text has none.
+    """
+    data = parse_toml(text, source)
+    if name:
+        data.setdefault("name", name)
     _files_from(data, folder)
-    return _overridden(data, text, "the suggested scenario", overrides, None)
+    return _overridden(data, text, source, overrides, None)
 
 
 def as_scenario(scenario: Scenario | str | Path, overrides: Overrides = ()) -> Scenario:

@@ -52,6 +52,24 @@ def test_the_bar_of_a_stage_tells_its_present_work(said, monkeypatch):
     assert ("gyro scale" in last) == (len(said) == 1)
 
 
+@pytest.mark.parametrize("quiet", [False, True])
+def test_another_program_reads_the_progress(
+    quiet: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One line at each percent, without a terminal."""
+    monkeypatch.setenv("SINSSIM_PROGRESS", "lines")
+    with shown(has_bars(quiet), STAGES) as progress:
+        for fraction in (0.25, 0.251, 0.26, 1.5):
+            progress("flight", fraction)
+        progress("filter: gyro scale", 0.0)
+    with shown(has_bars(quiet)) as progress:
+        progress("run 3 of 4", 0.75)
+    lines = capsys.readouterr().err.splitlines()
+    texts = [f"{fraction} {STAGES['flight']}" for fraction in ("0.25", "0.26", "1.00")]
+    assert lines == ([] if quiet else [f"progress {text}" for text in (
+        *texts, f"0.00 {STAGES['filter']} gyro scale", "0.75 run 3 of 4")])  # fmt: skip
+
+
 def test_the_width_of_tables(monkeypatch: pytest.MonkeyPatch) -> None:
     """A table is as wide as the terminal, but never narrower than it needs."""
     size = os.terminal_size((133, 24))

@@ -33,6 +33,7 @@ NOT_HERE = {
     r"^pip ": "changes the environment of the tests",
     r"--install-completion": "changes the start-up files of the shell",
     r"^sinssim view ": "opens a window; tests/recording renders the views",
+    r"^sinssim workbench ": "serves a page until Ctrl-C; tests/cli/workbench",
     r"FORMAT": "the form of a command, not a command",
     r"KF-GINS kf-gins\.yaml|KF_GINS_Navresult": "a program that is not a part of this project",
     r"^octave-cli |^python navigate_with_gnss|psins_filter|navego_filter|gnss_ins_sim_inertial": (

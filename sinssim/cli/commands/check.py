@@ -81,7 +81,13 @@ def check(
     if plan.source.recorded:
         _check_log(plan, as_json)
         return
-    _check_simulation(plan, as_json)
+    resolved, lines = checked(plan)
+    if as_json:
+        from sinssim.scenario.planned_limits import expected_duration
+
+        print_json({"expected_duration_s": round(expected_duration(plan)), "scenario": resolved.as_written()})
+    else:
+        print("\n".join(lines))
     if plot is not None:
         from sinssim.experiments.run.plan_exhibits import plan_charts
         from sinssim.recording.figures import figure_of, save
@@ -91,10 +97,10 @@ def check(
             print(f"plot        {plot}")
 
 
-def _check_simulation(plan: Scenario, as_json: bool) -> None:
-    """Check a scenario with simulated sensors, and show its plan."""
+def checked(plan: Scenario) -> tuple[Scenario, list[str]]:
+    """Check a scenario with simulated sensors; return it with the states of its filter, and the lines of its plan."""
     from sinssim.scenario.plan_summary import plan_lines
-    from sinssim.scenario.planned_limits import check_limits, check_route, check_times, expected_duration
+    from sinssim.scenario.planned_limits import check_limits, check_route, check_times
 
     check_times(plan)
     check_route(plan)
@@ -121,11 +127,7 @@ def _check_simulation(plan: Scenario, as_json: bool) -> None:
         check_memory(resolved)
         notes = (*filter_states.notes(plan), *gravity_notes(plan))
         about_filter = [*filter_states.choice(plan), *(f"note        {sentence}" for sentence in notes)]
-    if as_json:
-        duration = expected_duration(plan)
-        print_json({"expected_duration_s": round(duration), "scenario": resolved.as_written()})
-    else:
-        print("\n".join((*plan_lines(resolved), *about_filter)))
+    return resolved, [*plan_lines(resolved), *about_filter]
 
 
 def _check_log(plan: Scenario, as_json: bool) -> None:

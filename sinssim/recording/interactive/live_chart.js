@@ -448,11 +448,18 @@ const live = (() => {
     }, {rootMargin: "300px"});
     const seen = new IntersectionObserver(found => {
       for (const {target, isIntersecting} of found) {
-        drawn.find(({figure}) => figure === target).seen = isIntersecting;
+        const chart = drawn.find(({figure}) => figure === target);
+        if (chart) chart.seen = isIntersecting;
       }
       refresh();
     });
     shared.add = figure => near.observe(figure);
+    shared.drop = figure => { // before a page that draws other charts removes one
+      near.unobserve(figure);
+      seen.unobserve(figure);
+      const k = drawn.findIndex(chart => chart.figure === figure);
+      if (k >= 0) drawn.splice(k, 1)[0].plot.destroy();
+    };
     document.querySelectorAll("figure.live").forEach(shared.add);
     for (const place of document.querySelectorAll("[data-live]")) {
       shared.parts[place.className](place).catch(console.error); // the sentence in its place stays

@@ -220,13 +220,17 @@ def with_scripts(body: Sequence[str]) -> list[str]:
     return [*body[:first], _HINT, *body[first:], _scripts(more)]
 
 
-def policy(body: Iterable[str]) -> str:
-    """Return what a page may load and run: nothing from elsewhere, and no script but ours."""
+def policy(body: Iterable[str], *, asks: bool = False) -> str:
+    """Return what a page may load and run: nothing from elsewhere, and no script but ours.
+
+    A page that `asks` has a server of its own, which its script may ask.
+    """
     script = next((part.split("<script>")[1].split("</script>")[0] for part in body if "<script>" in part), None)
     allowed = ""
     if script is not None:
         digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
         allowed = f" script-src 'sha256-{digest}';"
+    allowed += " connect-src 'self';" if asks else ""
     return f"default-src 'none';{allowed} style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
 
 
@@ -240,10 +244,15 @@ _HINT = (
 
 
 @cache
-def _scripts(more: tuple[str, ...]) -> str:
-    """Return the style and the script of such charts and of the interactive parts of a page, HTML."""
+def _scripts(more: tuple[str, ...], further: tuple[str, ...] = ()) -> str:
+    """Return the style and the script of such charts, of the interactive parts of a page, and further ones, HTML."""
     parts = ("live_chart", "chart_controls", *more)
     names = ("uPlot.min.css", "live_chart.css", "uPlot.iife.min.js", *(f"{part}.js" for part in parts))
     text = {name: files(__package__).joinpath(name).read_text(encoding="utf-8") for name in names}
     looks, scripts = (([text for name, text in text.items() if name.endswith(kind)]) for kind in (".css", ".js"))
-    return f"<style>{chr(10).join(looks)}</style><script>{chr(10).join(scripts)}</script>"
+    return f"<style>{chr(10).join(looks)}</style><script>{chr(10).join((*scripts, *further))}</script>"
+
+
+def scripts_with(further: Sequence[str]) -> str:
+    """Return the style and the script of such charts with the scripts of a page that adds charts by itself, HTML."""
+    return _scripts((), tuple(further))

@@ -54,6 +54,12 @@ _FOLDER = "files"
 _PIECE = 1 << 20  # bytes sent together
 
 
+def asks_this_machine(host: str | None) -> bool:
+    """Return whether the header Host of a request names this machine: another machine can give its name this one's
+    address (DNS rebinding)."""
+    return re.sub(r":\d*$", "", host or "").lower() in _HOSTS
+
+
 def without_other_machines(page: str) -> str:
     """Return the viewer's page such that it loads fonts, news and examples from nowhere and reports nothing.
 
@@ -89,8 +95,7 @@ class PageServer:
         class Handler(BaseHTTPRequestHandler):
             def do_GET(self) -> None:
                 path = self.path.partition("?")[0]
-                if re.sub(r":\d*$", "", self.headers.get("Host", "")).lower() not in _HOSTS:
-                    # a page of another machine whose name was made to mean this one (DNS rebinding)
+                if not asks_this_machine(self.headers.get("Host")):
                     self.send_error(421, "Open the address that sinssim printed")
                     return
                 with contextlib.suppress(BrokenPipeError, ConnectionResetError):  # the browser was closed
