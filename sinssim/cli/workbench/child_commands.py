@@ -175,8 +175,9 @@ class Children:
 
 
 def _follow(child: Child) -> None:
-    """Read what a command prints until it ends."""
+    """Read what a command prints until it ends; what it has started ends with it."""
     assert child.process.stdout is not None
+    threading.Thread(target=_clear, args=(child,), daemon=True).start()
     with child.process.stdout as output:
         for line in output:
             line = line.rstrip("\n")
@@ -188,6 +189,12 @@ def _follow(child: Child) -> None:
             child.lines.append(line)
     child.process.wait()
     child.ended = time.time()
+
+
+def _clear(child: Child) -> None:
+    """Kill what a command has started once it has ended: it would keep the end of the output."""
+    child.process.wait()
+    _kill(child)
 
 
 def _kill(child: Child) -> None:

@@ -18,6 +18,7 @@ from sinssim.toml_file import key_lines, key_parts, parse_toml
 _checking = threading.RLock()
 """Warnings are caught, and own content is found, in one thread at a time."""
 
+_INCH, _WIDE = 92.0, 99.4  # px that a page draws an inch of a chart as, upright and across
 _BULLET, _LINE = "\n  - ", re.compile(r"[,:]?\s*line (\d+)(?:, column \d+)?: ")
 _SYMBOLS = {
     "deg": "°", "rad": "rad", "mrad": "mrad", "arcmin": "′", "arcsec": "″", "m": "m", "mm": "mm", "mm2": "mm²",
@@ -59,8 +60,9 @@ def checked_text(text: str, file: Path) -> dict[str, Any]:
             return {"mistakes": list(_mistakes(str(error), file.name, text)), "plan": [], "left": ""}
 
 
-def plan_html(text: str, file: Path) -> str:
-    """Return the plan of a sound scenario as HTML: map, height and speed; "" if there is nothing to draw."""
+def plan_html(text: str, file: Path, width: float) -> str:
+    """Return the plan of a sound scenario as HTML of a width, px: map, height and speed; "" if there is nothing to
+    draw."""
     from sinssim.experiments.run.plan_exhibits import plan_charts
     from sinssim.recording.svg_chart import html_of
 
@@ -69,8 +71,9 @@ def plan_html(text: str, file: Path) -> str:
             if _left(parse_toml(text, file.name)):
                 return ""
             plan = plan_charts(_scenario(text, file))
-            rows = tuple((chart,) for chart in plan)  # below each other
-            return html_of(replace(plan, rows=rows, size=(7.0, 10.5), widths=(), heights=(1.9, 1.1, 1.0)))
+            rows, heights = tuple((chart,) for chart in plan), (0.8 * width, 200.0, 180.0)  # below each other
+            size = (width / _WIDE, sum(heights) / _INCH)
+            return html_of(replace(plan, title="", rows=rows, size=size, widths=(), heights=heights))
         except SinssimError:
             return ""
 

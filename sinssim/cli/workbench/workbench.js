@@ -62,7 +62,8 @@ document.addEventListener("DOMContentLoaded", () => {
     Object.assign(opened, {path, shipped, ...found});
     sheet.text = found.text;
     $("name").textContent = shipped ? `${path} (shipped)` : path;
-    $("path").value = shipped ? `${path}.toml` : path;
+    $("path").value = shipped ? `${path}.toml` : /^runs\/.*\/scenario\.toml$/.test(path) ? `${path.split("/").at(-2)}.toml` : path;
+    history.replaceState(null, "", `#${encodeURIComponent(path)}`); // what a reload opens again
     $("sheet").hidden = false;
     $("out").value = "";
     $("verdict").textContent = "";
@@ -114,7 +115,7 @@ document.addEventListener("DOMContentLoaded", () => {
     if (again) return;
     await new Promise(done => setTimeout(done, 150));
     if (number !== planned || text !== sheet.text) return;
-    const {html} = await ask("plan", {path, text});
+    const {html} = await ask("plan", {path, text, width: Math.max(200, $("plan").clientWidth)});
     if (number === planned && path === opened.path) draw(html);
   }
 
@@ -132,6 +133,7 @@ document.addEventListener("DOMContentLoaded", () => {
     const {digest} = await ask("save", {path, text, digest: path === opened.path ? opened.digest : ""});
     Object.assign(opened, {path, shipped: false, text, digest});
     $("name").textContent = path;
+    history.replaceState(null, "", `#${encodeURIComponent(path)}`);
     trouble("");
     changed();
     $("saved").textContent = "saved";
@@ -242,7 +244,9 @@ document.addEventListener("DOMContentLoaded", () => {
       const address = run.path.split("/").map(encodeURIComponent).join("/");
       if (run.report) last.append(element("a", "report", {href: `files/${address}/report.html`, target: "_blank", rel: "noopener", "aria-label": `Report of ${run.path}`}), " ");
       if (run.view) last.append(element("button", "view", {type: "button", "aria-label": `View of ${run.path}`,
-                                                            click: attempt(() => start({command: "view", paths: [run.path]}))}));
+                                                            click: attempt(() => start({command: "view", paths: [run.path]}))}), " ");
+      if (run.text) last.append(element("button", "scenario", {type: "button", "aria-label": `Scenario of ${run.path}`,
+                                                               click: attempt(() => choose({path: `${run.path}/scenario.toml`, shipped: false}))}));
       const texts = [run.path, run.status && run.status !== "finished" ? `${run.kind}, ${run.status}` : run.kind, run.problem || run.scenario];
       row.append(first, ...texts.map(text => element("td", text, {class: "name"})), element("td", metres(run.error_m)),
                  element("td", run.solution, {class: "name"}), element("td", size(run.bytes)), element("td", run.date), last);
@@ -283,7 +287,11 @@ document.addEventListener("DOMContentLoaded", () => {
   });
   addEventListener("beforeunload", event => { if (dirty()) event.preventDefault(); });
   $("commands").dataset.none = "None has been started.";
-  attempt(refresh)();
+  attempt(async () => {
+    await refresh();
+    const path = decodeURIComponent(location.hash.slice(1));
+    if (path) await choose(lists.scenarios.find(one => one.path === path) ?? {path, shipped: false});
+  })();
   attempt(follow)();
   attempt(async () => { sheet.tables = (await ask("keys")).tables; })();
 });

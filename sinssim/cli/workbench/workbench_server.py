@@ -32,6 +32,7 @@ from sinssim.system.process import interruptible
 from sinssim.system.user_file import read_bytes, read_text
 
 if TYPE_CHECKING:
+    import uvicorn
     from starlette.applications import Starlette
     from starlette.requests import Request
     from starlette.responses import Response
@@ -92,7 +93,8 @@ class Workbench:
                 {"path": entry.path.relative_to(self.folder).as_posix(), "kind": entry.kind, "status": entry.status,
                  "scenario": entry.scenario, "solution": entry.solution, "error_m": entry.rms_horizontal_error_m,
                  "bytes": entry.size_bytes, "date": f"{entry.date:%Y-%m-%d %H:%M}", "problem": entry.problem,
-                 "report": (entry.path / "report.html").is_file(), "view": (entry.path / "recording.rrd").is_file()}
+                 "report": (entry.path / "report.html").is_file(), "view": (entry.path / "recording.rrd").is_file(),
+                 "text": (entry.path / "scenario.toml").is_file()}
                 for entry in runs
             ],
         }  # fmt: skip
@@ -130,10 +132,13 @@ class Workbench:
         return found_by_command("\n".join(child.lines), child.code or 0, str(asked.get("path")), _text(asked))
 
     def plan(self, asked: dict[str, Any]) -> dict[str, Any]:
-        """Return the plan of a text as HTML."""
+        """Return the plan of a text as HTML of a width, px."""
         from sinssim.cli.workbench.scenario_text import plan_html
 
-        return {"html": plan_html(_text(asked), self._file(asked))}
+        width = asked.get("width")
+        if not isinstance(width, int | float) or not 200.0 <= width <= 4000.0:
+            raise InputError("the width of a plan is a number from 200 to 4000.")
+        return {"html": plan_html(_text(asked), self._file(asked), min(max(width, 440.0), 700.0))}
 
     def save(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Write a scenario of the folder, unless its file is not the one that was opened."""
@@ -312,9 +317,6 @@ class _Guard:
         self._app, self._token = app, token
 
     async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
-        if scope["type"] != "http":
-            await self._app(scope, receive, send)
-            return
         headers = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
         status, why = self._refusal(scope, headers)
         if status:
@@ -347,6 +349,23 @@ class _Guard:
         return 0, ""
 
 
+def server_of(workbench: Workbench) -> uvicorn.Server:
+    """Return the server of a workbench; it answers plain requests only."""
+    import uvicorn
+
+    return uvicorn.Server(
+        uvicorn.Config(
+            application(workbench),
+            log_level="critical",
+            lifespan="off",
+            ws="none",
+            proxy_headers=False,
+            server_header=False,
+            timeout_graceful_shutdown=1,
+        )
+    )
+
+
 def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
     """Serve the workbench of a folder to browsers on this machine only, until interrupted.
 
@@ -360,7 +379,7 @@ def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
     """
     try:
         import starlette  # noqa: F401
-        import uvicorn
+        import uvicorn  # noqa: F401
     except ImportError as error:
         raise InputError(f"the workbench needs {error.name}, which is not installed: {INSTALL}.") from error
     with (
@@ -376,15 +395,7 @@ def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
         except (OSError, OverflowError) as error:
             raise InputError(f"the port {port} of this machine cannot be used: {error}. Give another one.") from error
         workbench = Workbench(folder, children)
-        server = uvicorn.Server(
-            uvicorn.Config(
-                application(workbench),
-                log_level="critical",
-                lifespan="off",
-                server_header=False,
-                timeout_graceful_shutdown=1,
-            )
-        )
+        server = server_of(workbench)
         ready(f"http://127.0.0.1:{listening.getsockname()[1]}/{workbench.token}/")
         threading.Thread(target=_prepare, name="prepare", daemon=True).start()
         server.run(sockets=[listening])

@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
-import uvicorn
 
 from sinssim.cli.workbench.child_commands import Children
-from sinssim.cli.workbench.workbench_server import Workbench, application
+from sinssim.cli.workbench.workbench_server import Workbench, server_of
 
 
 class Answer(NamedTuple):
@@ -65,8 +64,7 @@ def served(folder: Path) -> Iterator[Served]:
         listening.bind(("127.0.0.1", 0))
         listening.listen()
         workbench = Workbench(folder, children)
-        config = uvicorn.Config(application(workbench), log_level="critical", lifespan="off")
-        server = uvicorn.Server(config)
+        server = server_of(workbench)
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
         thread.start()
         try:

@@ -62,14 +62,22 @@ def test_what_is_no_command(wanted: dict[str, Any]) -> None:
         arguments_of(wanted)
 
 
+STAND_IN = """\
+#!/bin/sh
+echo 'progress 0.25 Flying' >&2
+sleep 60 &
+echo $! > grandchild
+echo "Open http://127.0.0.1:1234/a"
+trap "echo Interrupted.; exit 130" TERM
+wait
+"""
+
+
 @pytest.fixture
 def stand_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A program in place of sinssim, which reports progress and waits for the process of its own; its folder."""
     program = tmp_path / "program"
-    program.write_text(
-        "#!/bin/sh\necho 'progress 0.25 Flying' >&2\nsleep 60 &\necho $! > grandchild\n"
-        'echo "Open http://127.0.0.1:1234/a"\ntrap "echo Interrupted.; exit 130" TERM\nwait\n'
-    )
+    program.write_text(STAND_IN)
     program.chmod(0o755)
     monkeypatch.setattr(child_commands.sys, "executable", str(program))
     return tmp_path
@@ -99,9 +107,7 @@ def test_progress_output_and_page(stand_in: Path) -> None:
         assert shown["page"] == "http://127.0.0.1:1234/a"
         assert shown["output"] == "Open http://127.0.0.1:1234/a"
         children.cancel(child.number)
-        until(lambda: child.process.poll() is not None)
-        os.kill(int((stand_in / "grandchild").read_text()), signal.SIGKILL)  # it has the end of the pipe
-        until(lambda: child.ended)
+        until(lambda: child.ended)  # though the process of its own has the end of the pipe
         shown = child.to_json()
         assert (shown["code"], shown["cancelled"], shown["page"]) == (130, True, "")
         assert shown["output"].endswith("Interrupted.")

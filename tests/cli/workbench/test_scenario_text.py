@@ -78,7 +78,7 @@ def test_code_of_the_scenario_is_not_run(tmp_path: Path) -> None:
     found = checked_text(text, tmp_path / "mine.toml")
     assert found["mistakes"] == found["plan"] == []
     assert "press Check" in found["left"]
-    assert plan_html(text, tmp_path / "mine.toml") == ""
+    assert plan_html(text, tmp_path / "mine.toml", 700.0) == ""
     assert not (tmp_path / "was_run").exists()
 
 
@@ -109,12 +109,12 @@ rate_hz = 50.0
 
 
 def test_the_plan_is_drawn_and_names_are_texts() -> None:
-    html = plan_html(WAYPOINTS, FILE)
+    html = plan_html(WAYPOINTS, FILE, 400.0)
     assert html.count('<figure class="live') == 2  # height and speed, beside the map
     assert "Map" in html
     assert "&lt;img src=x" in html
     assert "<img" not in html
-    assert plan_html(WAYPOINTS.replace("50.1", "150.0"), FILE) == ""
+    assert plan_html(WAYPOINTS.replace("50.1", "150.0"), FILE, 400.0) == ""
 
 
 @pytest.mark.parametrize(

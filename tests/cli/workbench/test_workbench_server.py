@@ -117,7 +117,8 @@ def test_nothing_outside_the_folder_is_read(bench: Served, path: str) -> None:
     path = path.format(place=bench.workbench.folder.parent)
     for answer in (
         bench.ask(f"scenario?path={quote(path, safe='')}"), bench.ask("check", {"path": path, "text": ""}),
-        bench.ask("plan", {"path": path, "text": PARKED}), bench.ask("start", {"command": "run", "paths": [path]}),
+        bench.ask("plan", {"path": path, "text": PARKED, "width": 500}),
+        bench.ask("start", {"command": "run", "paths": [path]}),
         bench.ask("start", {"command": "view", "paths": [path]}),
     ):  # fmt: skip
         assert answer.status == 400
