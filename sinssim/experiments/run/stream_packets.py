@@ -328,11 +328,13 @@ def _measurements(of: Streamed, name: str) -> Measurements:
     values = columns[1 : columns.index(sigmas[0])]
     like = [kind.name for kind in KINDS.values() if kind.columns == tuple(values)]
     of_same_word = (kind for kind in like if kind.split("-")[-1] == label.split("-")[-1])  # of a second receiver
-    kind = label if label in like else next(of_same_word, like[0] if like else label)
     tables = of.run.scenario.get("log" if of.run.of_log else "aiding", {})
     keys = max((t for t in tables if f"{name}_".startswith(f"{t}_")), key=len, default="")
     sensor = tables.get(keys, {})
-    arm = sensor.get("baseline_m" if kind == "baseline-heading" else "lever_arm_m", (0.0, 0.0, 0.0))
+    kind = label if label in like else next(of_same_word, like[0] if like else label)
+    if "baseline_m" in sensor:  # of two antennas; the heading of a magnetometer has the same columns
+        kind = "baseline-heading"
+    arm = sensor.get("baseline_m", sensor.get("lever_arm_m", (0.0, 0.0, 0.0)))
     value, sigma = (np.column_stack([table[column] for column in names]) for names in (values, sigmas))
     return Measurements(kind, table["time_s"], table["arrival_s"], value, sigma, np.array(arm, dtype=float), label)
 

@@ -813,6 +813,15 @@ def test_what_a_fix_does_not_tell() -> None:
     assert gps[11:] == (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 255)
 
 
+def test_each_accuracy_of_a_fix_that_is_not_known_is_ignored() -> None:
+    """Without 1σ of the height 64 is ignored, without those of the place 32, without that of the speed 16."""
+    known = np.ones((1, 3))
+    for sigma, speed, flags in (([3.0, 4.0, math.nan], known, 64), ([math.nan, math.nan, 7.0], known, 32),
+                                ([3.0, 4.0, 7.0], math.nan * known, 16)):  # fmt: skip
+        (_, gps) = fixes_of(position_sigma=np.array([sigma]), velocity_ned=known, velocity_sigma=speed)[1]
+        assert gps[2] == 2 | 4 | flags
+
+
 def test_a_fix_that_arrives_before_the_first_sample_goes_out_with_it() -> None:
     assert [due for due, _ in fixes_of(4.5)] == [4.5, 4.5]
 
@@ -824,6 +833,7 @@ def test_a_fix_that_arrives_before_the_first_sample_goes_out_with_it() -> None:
         ("gnss_2_velocity", ("velocity_n_mps", "velocity_e_mps", "velocity_d_mps"), "gnss-velocity", [7.0, 8.0, 9.0]),
         ("baro", ("height_m",), "baro-height", [0.0, 0.0, 0.0]),
         ("gnss_2_position", ("latitude_rad", "longitude_rad", "height_m"), "gnss-position", [7.0, 8.0, 9.0]),
+        ("dual_antenna", ("heading_rad",), "baseline-heading", [2.0, 0.5, 0.0]),
     ],
 )
 def test_readings_as_the_protocol_has_them(name: str, columns: tuple[str, ...], kind: str, arm: list[float]) -> None:
@@ -831,7 +841,8 @@ def test_readings_as_the_protocol_has_them(name: str, columns: tuple[str, ...], 
     sigmas = tuple(f"sigma_{k}" for k in range(len(columns)))
     heads = ("time_s", *columns, *sigmas, "arrival_s")
     table = {head: np.array([10.0 * k, 10.0 * k + 1.0]) for k, head in enumerate(heads)}
-    sections = {"gnss": {"lever_arm_m": [0.5, 0.0, -1.5]}, "gnss_2": {"lever_arm_m": [7.0, 8.0, 9.0]}, "baro": {}}
+    sections = {"gnss": {"lever_arm_m": [0.5, 0.0, -1.5]}, "gnss_2": {"lever_arm_m": [7.0, 8.0, 9.0]}, "baro": {},
+                "dual_antenna": {"lever_arm_m": [1.0, 1.0, 1.0], "baseline_m": [2.0, 0.5, 0.0]}}  # fmt: skip
     run = SimpleNamespace(scenario={"aiding": sections}, of_log=False)
     of: Any = SimpleNamespace(readings=lambda name: table, run=run)
     m = _measurements(of, name)
@@ -913,6 +924,7 @@ def test_what_is_fresh_of_connections_and_datagrams() -> None:
     assert datagrams.fresh() == [b"a", b"b"]
     datagrams._heard.append(bytearray(b"c"))
     assert datagrams.fresh() == [b"c"]
+    assert datagrams.fresh() == []
     assert datagrams.answers == [b"a", b"b", b"c"]
 
 
