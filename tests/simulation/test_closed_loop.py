@@ -644,6 +644,46 @@ def test_the_passes_of_a_loop(monkeypatch: pytest.MonkeyPatch) -> None:
     assert reported == [0.25, 0.625, 0.8125, 0.90625, 0.953125, 1.0]  # the sections have the half of the last sixteenth
 
 
+def test_a_loop_has_at_most_twelve_passes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each gains four: from 10 km twelve passes lead to less than 1 mm, from 100 km they do not."""
+    monkeypatch.setattr(closing, "true_motion", lambda *given, **keys: None)
+    monkeypatch.setattr(closing, "solution_errors", lambda scenario, path: None)
+    monkeypatch.setattr(closing, "by_sections", lambda scenario, by_truth, report: (None, [2e-4]))
+    for first, in_sections in ((1e4, False), (1e5, True)):
+        moves = [first * 4.0**-k for k in range(20)]
+        left = iter(moves)
+        monkeypatch.setattr(closing, "apart", lambda one, other, left=left: next(left))
+        _, guided = closed_loop(plan())
+        assert guided.moved == ((2e-4,) if in_sections else tuple(moves[:12]))
+        assert next(left) == moves[12]
+
+
+def test_the_aided_solution_that_guides_is_that_of_the_monitored_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The errors of the filter's solution are asked for at the rate of the guidance, 4 Hz, since the start."""
+    from sinssim.simulation import aided_run
+
+    flight = plan().flight
+    assert flight is not None
+    scenario: Any = SimpleNamespace(flight=flight.model_copy(update={"guidance": flight.guidance.model_copy(
+        update={"source": "aided", "rate_hz": 4.0})}), solution_names=("quaternion",))  # fmt: skip
+    sensed = SimpleNamespace(imu="imu", errors="errors", readings=SimpleNamespace(monitored=("gyros",)))
+    asked: list[Any] = []
+    monkeypatch.setattr(closing, "truth_along", lambda path, scenario: f"truth along {path.start:g}")
+    monkeypatch.setattr(closing, "sense", lambda scenario, truth: asked.append(truth) or sensed)
+    monkeypatch.setattr(closing, "first_state", lambda scenario, truth: f"start of {truth}")
+    monkeypatch.setattr(closing, "_readings", lambda scenario, path: {})
+    estimate = SimpleNamespace(estimate=SimpleNamespace(solution="solution"))
+    monkeypatch.setattr(aided_run, "aid_run", lambda *given, **keys: asked.append((given[2:], keys)) or estimate)
+    monkeypatch.setattr(closing, "_errors_at", lambda *given: asked.append(given[3:]) or np.ones((3, 12)))
+    path: Any = SimpleNamespace(start=5.0, end=5.75)
+    assert solution_errors(scenario, path).values.tolist() == np.ones((3, 12)).tolist()
+    truth, by_filter, (solution, time) = asked
+    assert truth == "truth along 5"
+    given = ("imu", "start of truth along 5", "errors")
+    assert by_filter == (given, {"monitored": ("gyros",), "history": False})
+    assert (solution, time.tolist()) == ("solution", [0.0, 0.25, 0.5])
+
+
 def test_sections_and_their_trials(monkeypatch: pytest.MonkeyPatch) -> None:
     """A flight of 160 s is flown until 67.5 s with 7.5 s of alignment, then 60 s on, until it is over. The first
     section moves by 2 m, then by 0.5 mm; the second by 0.2 mm at once."""

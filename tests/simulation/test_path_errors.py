@@ -471,17 +471,17 @@ def test_the_charts_and_the_map_of_the_paths(run: sinssim.Run) -> None:
 
 
 def test_where_a_flight_has_ended() -> None:
-    """One minute of arc north and 2 m above the threshold, near the equator: 1842.9 m on the ground."""
+    """One minute of arc north and 202 m above the threshold, near the equator: 1842.9 m on the ground."""
     land = {"type": "land", "latitude_deg": 0.5, "longitude_deg": 9.0, "altitude_m": 10.0, "heading_deg": 0.0}
     start = {"on": "air", "latitude_deg": 0.0, "longitude_deg": 9.0, "altitude_m": 500.0}
     flight = FlightPlan.model_validate({"aircraft": "c172x", "start": start, "legs": [land]})
     latitude, longitude = np.radians([0.5 + 1.0 / 60.0]), np.radians([9.0])
-    here = NavState(latitude, longitude, np.array([12.0]), np.array([[60.0, 1.0, 2.5]]), np.eye(4)[:1])
+    here = NavState(latitude, longitude, np.array([212.0]), np.array([[60.0, 1.0, 2.5]]), np.eye(4)[:1])
     path: Any = SimpleNamespace(end=321.5, ellipsoid=WGS84, state=lambda time: here)
     found = ending(flight, path)
     assert found == {
         "time_s": 321.5, "latitude_deg": pytest.approx(0.5 + 1.0 / 60.0), "longitude_deg": pytest.approx(9.0),
-        "height_m": 12.0, "descent_mps": 2.5, "threshold_m": pytest.approx(1842.9, abs=0.1),
+        "height_m": 212.0, "descent_mps": 2.5, "threshold_m": pytest.approx(1842.9, abs=0.1),
     }  # fmt: skip
     hold = FlightPlan.model_validate(
         {"aircraft": "c172x", "start": start, "legs": [{"type": "hold", "duration_s": 9.0}]}
@@ -694,6 +694,17 @@ def test_the_errors_by_hand(monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_allclose((AT200 - found.planned[:, 1]) * (N60 + 1000.0) * 0.5, 6.0, atol=2e-3)
     np.testing.assert_allclose(found.planned[:, 2], [990.0, 990.0, math.nan], atol=1e-6)
     assert path_errors(none_yet, truth, pieces, None).time.tolist() == [100.0, 101.0, 102.0, 102.5]
+
+
+def test_beside_the_end_of_a_path_only_the_solution_has_an_error() -> None:
+    """The first row: the truth is beyond the end of the path, the solution not. The second is known, 3 m higher."""
+    nse, fte = np.full((2, 4, 3), math.nan)
+    here = kept.Beside(np.array([1.0, 2.0]), np.array([10.0, 20.0]), np.array([5.0, math.nan]))
+    there = kept.Beside(np.array([0.5, 0.5]), np.array([math.nan, 24.0]), np.array([math.nan, math.nan]))
+    assert kept.Beside._fields == ("along", "right", "above")
+    kept._put(nse, fte, np.array([3, 1]), here, there, np.array([7.0, 3.0]))
+    np.testing.assert_array_equal(fte, [[math.nan] * 3, [20.0, 0.0, math.nan], [math.nan] * 3, [10.0, 0.0, 5.0]])
+    np.testing.assert_array_equal(nse, [[math.nan] * 3, [-4.0, 1.5, 3.0], [math.nan] * 3, [math.nan] * 3])
 
 
 ROUTE = [{"latitude_deg": 60.0, "longitude_deg": 10.0, "name": "A"}, {"latitude_deg": 61.0, "longitude_deg": 12.0}]

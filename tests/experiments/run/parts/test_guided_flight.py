@@ -137,7 +137,7 @@ def test_how_the_loop_was_closed() -> None:
         "before, which moved the path by 120 m, 6.00 m, 0.600 m. "
         "It is 0.0600 m from that of the closed loop, or nearer."
     )
-    sections: Any = {"in_sections": True, "moved_m": [0.0004, 0.0009]}
+    sections: Any = {"in_sections": True, "moved_m": [0.0009, 0.0004]}
     assert _closing(sections) == (
         "The plan was flown in 2 sections, because a decision of the navigator turns with the path: each again with "
         "the errors of the navigator on the trial before, until that moved its path by at most 0.000900 m."
@@ -205,6 +205,17 @@ def test_the_error_in_the_last_row_before_an_instant() -> None:
     found = [_horizontal(path, solution, at) for at in (10.0, 10.4, 10.5, 99.0)]
     assert found == pytest.approx([5.0, 5.0, 13.0, 25.0], abs=1e-3)
     assert asked == [10.0, 10.0, 10.5, 11.0]
+
+
+def test_the_displacement_ends_with_the_shorter_flight(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A flight from 5 to 8.5 s beside a perfect one until 7.25 s, and the other way round."""
+    monkeypatch.setattr(guided_flight, "_between", lambda there, here, time, path: np.outer(time, [1.0, 2.0, 3.0]))
+    for ends in ((8.5, 7.25), (7.25, 8.5)):
+        path, perfect = (SimpleNamespace(start=5.0, end=end, state=lambda time: time) for end in ends)
+        truth = Truth.__new__(Truth)
+        vars(truth).update(trajectory=path, guided=SimpleNamespace(by_truth=perfect))
+        displaced = Guidance(SimpleNamespace(truth=truth)).displaced  # type: ignore[arg-type]
+        assert displaced.time.tolist() == [5.0, 6.0, 7.0, 7.25]
 
 
 def test_the_displacement_at_an_instant() -> None:
