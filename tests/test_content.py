@@ -71,7 +71,7 @@ def test_unknown_names_come_with_the_list() -> None:
         find_content("aircraft", "f17")
     with pytest.raises(InputError, match=r"unknown view 'navigatoin'\. Did you mean 'navigation'\?"):
         find_content("viz", "navigatoin")
-    with pytest.raises(InputError, match=r"no aircraft file 'hangar/f17' in "):
+    with pytest.raises(InputError, match=f"no aircraft file 'hangar/f17' in {Path.cwd()}[.] Known names: 737, "):
         find_content("aircraft", "hangar/f17")
 
 

@@ -103,19 +103,22 @@ def test_the_console() -> None:
 
 
 def test_the_budget() -> None:
-    """σ of 3 and 4 arcmin: 5 in all; of 0.3 and 0.4 arcmin: 30 arcsec; each chart has its unit."""
-    sources = {"bias": angles(3.0, 0.3, 0.0, 0.003, size=ARCMIN), "none": angles(0.0, 0.0, 0.0, 0.0),
+    """σ of 3 and 4 arcmin: 5 in all; of 0.3 and 0.4 arcmin: 30 arcsec; each chart has its unit. Two decimals are those
+    of the total: of a two-hundredth of it and less, one digit is shown."""
+    sources = {"tiny": angles(0.004, 0.0, 0.0, 0.0, size=ARCMIN), "bias": angles(3.0, 0.3, 0.0, 0.003, size=ARCMIN), "none": angles(0.0, 0.0, 0.0, 0.0),
                "noise": angles(4.0, 0.4, 7.0, 0.0, size=ARCMIN)}  # fmt: skip
-    values = ([3.0, 4.0, 5.0], [18.0, 24.0, 30.0], [0.0, 7.0, 7.0], [0.18, 0.0, 0.18])
-    texts = (("3.00", "4.00", "5.00"), ("18.00", "24.00", "30.00"), ("", "7.00", "7.00"), ("0.18", "", "0.18"))
+    values = ([0.004, 3.0, 4.0, sqrt(25.000016)], [0.0, 18.0, 24.0, 30.0], [0.0, 0.0, 7.0, 7.0],
+              [0.0, 0.18, 0.0, 0.18])  # fmt: skip
+    texts = (("0.004", "3.00", "4.00", "5.00"), ("", "18.00", "24.00", "30.00"), ("", "", "7.00", "7.00"),
+             ("", "0.18", "", "0.18"))  # fmt: skip
     charts = shown.bars(sources)
     for chart, name, unit, lengths, said in zip(charts, Angles._fields, ("arcmin", "arcsec", "arcmin", "arcsec"),
                                                 values, texts, strict=True):  # fmt: skip
         (bars,) = marks_of(chart, Bars)
         same(bars.values / chart.unit(False)[1], lengths)
-        assert bars.color == [name, name, "soft"]
+        assert bars.color == [name, name, name, "soft"]
         assert (chart.title, chart.heading(False), chart.x.low) == (name, f"σ [{unit}]", 0.0)
-        assert (bars.texts, chart.y.names) == (said, ("bias", "noise", "total"))
+        assert (bars.texts, chart.y.names) == (said, ("tiny", "bias", "noise", "total"))
 
 
 def lines_of(chart: Chart) -> dict[str, Line]:

@@ -26,6 +26,7 @@ def test_dwells_between_given_times() -> None:
     assert found.rows.tolist() == [[0, 6], [12, 18], [23, 40]]
     assert found.turns.tolist() == [[6, 12], [18, 23]]
     np.testing.assert_array_equal(found.seconds(TIME), [[2.0, 5.0], [8.0, 11.0], [13.5, 22.0]])
+    assert between(((2.0, 3.5),), TIME, "key").rows.tolist() == [[0, 3]]  # three samples are enough
 
 
 def test_planned_dwells() -> None:

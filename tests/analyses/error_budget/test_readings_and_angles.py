@@ -61,6 +61,8 @@ def test_errors_of_the_angles_of_two_axes() -> None:
     assert wobble == pytest.approx(5.0 * ARCSEC, rel=1e-6)
     assert not mean["wobble"][:, :6].any()
     assert not angle_errors(turning(), block)
+    (periodic,) = angle_errors(turning(encoder_bias_arcsec=[9.0, -20.0], encoder_periodic_arcsec=25.0), block)
+    assert periodic.source.value == pytest.approx(25.0)
 
 
 def increments() -> ImuData:

@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.analyses.inspection.file_layouts import fix_words
+from sinssim.analyses.inspection import file_layouts
+from sinssim.analyses.inspection.file_layouts import _fixes_beside, fix_words
 from sinssim.analyses.inspection.fix_columns import FixLayout, guess_fixes
+from sinssim.analyses.inspection.inertial_columns import Layout
 from sinssim.analyses.inspection.text_columns import TextTable
 from sinssim.data import Array
 
@@ -232,3 +234,18 @@ def test_what_is_no_fix() -> None:
     few[2:] = np.nan
     assert guess_fixes(_table("t_s,lat,lon,alt", [_TIME, few, _LONGITUDE, _HEIGHT])) is None
     assert guess_fixes(_table("a,lat,lon,alt", [3.0, _LATITUDE, _LONGITUDE, _HEIGHT])) is None
+
+
+def test_the_clock_of_the_unit_beside_fixes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its column, unit, first and last time, s; dates are seconds. The fixes of its own file have its time."""
+    layout = Layout("rates", 1, "ms", (2, 3, 4), (5, 6, 7), "rad/s", "m/s²", True)
+    values = np.array([[0.5, 4000.0], [1.5, 9000.0]])
+    unit = TextTable(Path("log.csv"), ",", 0, ("a", "millis"), values)
+    dated = replace(unit, dates={1: "2024-05-01 10:00:00"})
+    fixes = FixLayout(0, "s", "gps", {}, held=False)
+    asked: list[Any] = []
+    monkeypatch.setattr(file_layouts, "guess_fixes", lambda table, near: asked.append(near) or fixes)
+    assert _fixes_beside((unit, layout), [unit]) == [(unit, replace(fixes, time=1, time_unit="ms"))]
+    assert _fixes_beside((dated, layout), [unit]) == [(unit, fixes)]
+    assert _fixes_beside(None, [unit]) == [(unit, fixes)]
+    assert asked == [("millis", "ms", 4.0, 9.0), ("millis", "ms", 4000.0, 9000.0), None]

@@ -14,7 +14,7 @@ from sinssim.analyses.inspection.gnss_findings import velocity_delay
 from sinssim.analyses.inspection.quiet_spans import motion_of
 from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact
 from sinssim.analyses.inspection.stream_inspection import _apart, _mounting_finding
-from sinssim.analyses.inspection.unit_axes import Mounting, _named, attitude_by_match, attitude_finding, mounting
+from sinssim.analyses.inspection.unit_axes import Mounting, _mean_direction, _named, attitude_by_match, attitude_finding, mounting
 from sinssim.analyses.inspection.velocity_match import Match, Pushed, Seen, match, pushed, scatter, seen
 from sinssim.data import Array
 from sinssim.logs.recorded_streams import FixStream
@@ -154,7 +154,7 @@ def test_the_match_of_the_drive() -> None:
     assert (outside.residual, len(outside.each)) == (np.inf, 0)
 
 
-@pytest.mark.parametrize("at", [20.0, 63.0])
+@pytest.mark.parametrize("at", [20.0, 25.9, 63.0])
 def test_the_attitude_by_the_match(at: float) -> None:
     curve, fixes, found = _drive()
     given = attitude_by_match(curve, fixes, found, 0.25, at + 0.25)
@@ -168,6 +168,18 @@ def test_the_attitude_by_the_match(at: float) -> None:
     first = np.flatnonzero((sure < np.radians(10.0)) & (found.centre >= at))[0]
     assert sigma == pytest.approx(sure[first])
     assert attitude_by_match(curve, fixes, found, 0.25, 149.0) is None
+    apart = attitude_by_match(replace(curve, time=curve.time + 1e4), fixes, found, 1e4 + 0.25, at + 1e4 + 0.25)
+    assert apart is not None  # clocks that differ by hours change nothing
+    assert (apart[0], apart[1]) == (pytest.approx(angles, abs=1e-9), sigma)
+
+
+def test_the_mean_direction_of_windows() -> None:
+    """A long window 60° off counts as one that is 1.5 times as far off as the median one, not with its distance."""
+    off = np.radians([0.0, 0.0, 1.0, 1.0, -1.0, -1.0, 60.0, 60.0])
+    along = np.column_stack([np.cos(off), np.sin(off), np.zeros(8)])
+    found, each = _mean_direction(along, np.ones(8), np.repeat(np.arange(4), 2))
+    assert np.degrees(np.arctan2(each[:, 1], each[:, 0])) == pytest.approx([0.0, 1.0, -1.0, 60.0])
+    assert 0.3 < np.degrees(np.arctan2(found[1], found[0])) < 1.5  # the mean of all four is 15°
 
 
 def _compared(off: tuple[float, float, float], late: float = 0.0) -> Finding | None:
