@@ -122,16 +122,18 @@ def test_what_is_said_of_readings_that_were_not_used() -> None:
                  reasons={0: "without a fix", 1: "outside of the data", 2: "without a fix", 3: "gate", 4: "gate"}),
         readings("still", np.zeros(0), np.zeros(0), kind="zero-velocity"),
         readings("heading", np.zeros(0), np.zeros(0), kind="heading"),
+        readings("turning", np.zeros(0), np.zeros(0), kind="zero-rate"),
         readings("late", np.arange(20.0), np.ones(20)),
         readings("pending", np.arange(20.0), np.ones(20)),
     ]  # fmt: skip
-    assert remarks(sensors, [0, 0, 0, 0, 3, 2]) == [
+    assert remarks(sensors, [0, 0, 0, 0, 0, 3, 2]) == [
         "gnss: some of 20 measurements could not be used (2 before the start).",
         "gnss: the gate rejected 1 of 20 measurements.",
         "baro: none of 5 measurements was used (2 without a fix, 1 outside of the data; 2 rejected by the gate); the "
         "sensor corrects nothing.",
         "still: there was no measurement (the vehicle was never at rest); the sensor corrects nothing.",
         "heading: there was no measurement; the sensor corrects nothing.",
+        "turning: there was no measurement (the vehicle was never at rest); the sensor corrects nothing.",
         "late: 3 of 20 measurements arrive after the end of the run; only the smoothed solution uses them.",
     ]
     assert remarks(sensors[3:4], [0])[-1] == "No measurement was used: the result is the inertial solution."

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim.errors import InputError
+from sinssim.logs import recorded_log as recorded
 from sinssim.logs.gps_time import (
     FileClock,
     Instant,
@@ -35,7 +37,7 @@ from sinssim.logs.local_level import (
 )
 from sinssim.logs.log_settings import Log
 from sinssim.logs.recorded_log import recorded_log
-from sinssim.logs.recorded_streams import Clock
+from sinssim.logs.recorded_streams import Clock, FixStream
 from tests.logs.formats.whole import attitude
 
 START = 1451260818
@@ -240,3 +242,17 @@ def test_axes_of_other_programs() -> None:
     turn = level_turn((0.0, 0.25, 0.0), np.array([0.0]), np.array([0.25 + np.pi / 2.0]))
     matrix = Rotation.from_quat(turn[0], scalar_first=True).as_matrix()
     np.testing.assert_allclose(matrix, [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]], atol=1e-14)
+
+
+def test_heights_above_mean_sea_level_are_noted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """If no height of the geoid is given; a given one is added."""
+    at = np.array([0.0, 1.0, 2.0])
+    stream = FixStream(at, at, at, np.array([100.0, 101.0, 102.0]), "mean sea level")
+    monkeypatch.setattr(recorded, "fix_stream", lambda gnss: (stream, None, ("a note",)))
+    monkeypatch.setattr(recorded, "_run_time", lambda *given: given[-1] + 0.5)
+    noted = "f.pos has heights above mean sea level, and geoid_height_m is 0: they are taken for heights above the "
+    for geoid, words in ((0.0, ("a note", f"{noted}ellipsoid.")), (45.5, ("a note",))):
+        gnss: Any = SimpleNamespace(file="f.pos", geoid_height_m=geoid)
+        clock: Any = None
+        fixes, said = recorded._fixes(gnss, clock, 0.0, (0.0, 2.0), (0.0, 2.0))
+        assert (said, fixes.height.tolist(), fixes.time.tolist()) == (words, [100.0 + geoid, 101.0 + geoid], [0.5, 1.5])

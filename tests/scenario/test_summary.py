@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 import re
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from sinssim.scenario import plan_summary
 from sinssim.scenario.filter_model import excitation
 from sinssim.scenario.plan_summary import _clock, named_places, plan_lines, sensor_words
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors.imu.imu import Imu
 from sinssim.truth.flight.flight_plan import Atmosphere, FlightPlan, Wind, planned_path
+from sinssim.truth.track import track_curve
 
 AIR = {"on": "air", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 3000.0, "airspeed_kt": 280.0,
        "heading_deg": 70.0}  # fmt: skip
@@ -119,6 +122,23 @@ def test_a_plane_line_by_line() -> None:
         "altitude           acts on the motion; the equations of the system neglect it",
         "seed               0",
     ]
+
+
+def test_a_track_line_by_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Facts of the fit, when the vehicle stands, and notes before warnings."""
+    fit = SimpleNamespace(notes=("few fixes.",), warnings=("no heights.", "a gap."))
+    events = [SimpleNamespace(time=12.34, text="stops"), SimpleNamespace(time=99.96, text="goes on")]
+    prepared = SimpleNamespace(fit=fit, events=events)
+    track: Any = SimpleNamespace(what="drive.gpx", vehicle="car", prepared=lambda earth: prepared)
+    monkeypatch.setattr(track_curve, "fit_lines", lambda fit: [("samples", "5 fixes"), ("length", "1.000 km in 60 s")])
+    for more, words in (("smoothing_s = 2", "car, smoothing_s = 2"), ("", "car")):
+        monkeypatch.setattr(plan_summary, "given", lambda section, *without, more=more: more)
+        earth: Any = None
+        assert list(plan_summary._track_lines(track, earth)) == [
+            f"track       drive.gpx, {words}", f"  samples{19 * ' '}5 fixes", f"  length{20 * ' '}1.000 km in 60 s",
+            f"  at 12.3{19 * ' '}stops", f"  at 100.0{18 * ' '}goes on", f"  note{22 * ' '}few fixes.",
+            f"  note{22 * ' '}WARNING: no heights.", f"  note{22 * ' '}WARNING: a gap.",
+        ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -164,7 +164,11 @@ def test_the_recorded_motion(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_errors_where_the_position_is_known() -> None:
     place = np.array([[1.0, 2.0, 3.0], [np.nan, 1.0, 1.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]])
     error = NavError(TIME, place, 2.0 * place, 3.0 * place)
+    two, one = place.copy(), place.copy()
+    two[3], one[2:] = np.nan, np.nan
     found = report.known_errors({"a": error, "b": NavError(TIME, np.full((4, 3), np.nan), place, place)})
+    fewer = report.known_errors({"two": NavError(TIME, two, place, place), "one": NavError(TIME, one, place, place)})
+    assert {name: error.time.tolist() for name, error in fewer.items()} == {"two": TIME[[0, 2]].tolist()}
     assert list(found) == ["a"]
     np.testing.assert_array_equal(found["a"].time, TIME[[0, 2, 3]])
     np.testing.assert_array_equal(found["a"].velocity_ned, 2.0 * place[[0, 2, 3]])

@@ -131,6 +131,39 @@ def test_bands_shares_lines_across_limits_and_remarks() -> None:
     np.testing.assert_allclose([numbers(data, band["high"])[1] for band in data["bands"]], [1.0, 0.2], rtol=1e-6)
 
 
+def test_how_marks_are_drawn() -> None:
+    """Widths and dots are in pixels, of which a point is 4/3; in minutes and kilometres."""
+    at = np.array([0.0, 1800.0, 3600.0])
+    marks = (
+        Line(label="a", x=at, y=at, color=(1, 2, 3), weight="bold", dash="-."), Line(x=at, y=at, marker="D"),
+        Dots(label="b", x=at, y=at, color=(4, 5, 6), size=6.0),
+        Rule(at=600.0, upright=True, label="c", color=(7, 8, 9), weight="hair", dash=":"),
+        Limit(text="d", verdict="met", height=3000.0, at=1200.0),
+        Remark(x=1200.0, y=2500.0, text="e", left=True), Remark(x=0.0, y=0.0, text="f", below=True, soft=True),
+    )  # fmt: skip
+    (data,) = data_of(chart(*marks, y=Axis(label="error", units=fixed("km", 1e3))))
+    assert [(c["name"], c["color"], c["width"], c["dash"], c["dots"], c["turns"]) for c in data["curves"]] == [
+        ("a", "#010203", 2.4, [7.0, 3.0, 1.5, 3.0], 0.0, False), ("", data["curves"][1]["color"], 1.5, [], 6.0, False),
+        ("b", "#040506", 0.0, [], 8.0, False),
+    ]  # fmt: skip
+    limit = data["rules"][1]["color"]
+    assert data["rules"] == [
+        {"name": "c", "color": "#070809", "at": 10.0, "width": 1.0, "dash": [1.5, 3.0], "text": "", "upright": True,
+         "band": [], "until": None},
+        {"name": "d: met", "color": limit, "at": 3.0, "width": 1.1, "dash": [6.0, 4.0], "text": "", "upright": False,
+         "band": [], "until": 20.0},
+    ]  # fmt: skip
+    assert data["words"] == [
+        {"x": 20.0, "y": 2.5, "text": "e", "left": True, "below": False, "soft": False},
+        {"x": 0.0, "y": 0.0, "text": "f", "left": False, "below": True, "soft": True},
+    ]
+    assert data["kept"] == {"step": 0.0, "dots": 1}
+    long = np.linspace(0.0, 3600.0, 200_001)
+    lines = Line(label="a", x=long, y=long), Line(label="b", x=at, y=at), Dots(x=long[:3000], y=long[:3000])
+    (data,) = data_of(chart(*lines))
+    assert data["kept"] == {"step": pytest.approx(3600.0 / 4096.0), "dots": 2}
+
+
 def test_which_charts_can_be_zoomed() -> None:
     time = np.array([0.0, 1.0])
     line = Line(x=time, y=time)

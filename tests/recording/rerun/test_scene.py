@@ -82,6 +82,8 @@ def test_zoom_of_a_map() -> None:
     at_60 = track((60.0, 10.0), (60.5, 10.1))
     height = np.degrees(np.log(np.tan(np.radians(45.0 + 30.25)) / np.tan(np.radians(45.0 + 30.0))))
     assert map_zoom([at_60]) == pytest.approx(np.log2(220.0 * 360.0 / 256.0 / height))
+    to_85 = np.degrees(np.log(np.tan(np.radians(87.5)) / np.tan(np.radians(87.0))))  # such maps end there
+    assert map_zoom([track((84.0, 10.0), (89.0, 10.1))]) == pytest.approx(np.log2(220.0 * 360.0 / 256.0 / to_85))
     assert map_zoom([track((0.0, 10.0), (0.0, 10.0))]) == 18.0
     assert map_zoom([track((0.0, -100.0), (0.0, 99.0))]) == 1.0
     wide = map_zoom([at_60, track((60.0, 10.0), (60.0, 14.0))])
