@@ -5,9 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sinssim.data import ImuData
+from sinssim.sensors.imu import emulation
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp
 from sinssim.sensors.sets.sensor_readings import TrueErrors
+from sinssim.sensors.sets.sensor_set import Redundant
+from sinssim.sensors.sets.single_sensors import APART
 from sinssim.simulation.truth_comparison import InertialParameters
 
 EDGES = 5.0 + 0.25 * np.arange(81)  # to 25 s
@@ -98,3 +102,18 @@ def test_each_triad_has_a_mean_of_its_own_length() -> None:
         slow, quick = smooth[name][3::4], sample[name][3::4]  # at whole seconds; the quick ones are means over one
         for k in range(4, 20):
             np.testing.assert_allclose(slow[k], quick[k + 1 - seconds : k + 1].mean(axis=0), rtol=1e-9)
+
+
+def test_each_block_of_a_redundant_set_has_noises_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Six gyros in two blocks, of which the second has the seed that its readings are made with."""
+    seeds: list[int] = []
+
+    def emulated(imu: ImuData, errors: ImuErrors, seed: int) -> ImuData:
+        seeds.append(seed)
+        return imu
+
+    monkeypatch.setattr(emulation, "emulate", emulated)
+    unit = ImuErrors(triad(0.0, rate_walk=1e-9), triad(0.0))
+    errors = TrueErrors(unit, single_sensors=(unit, unit))
+    InertialParameters(errors, EDGES, 7, Redundant(type="redundant")).at(np.array([10.0]))
+    assert seeds == [7, 7 + APART]

@@ -64,6 +64,10 @@ def test_a_time_beyond_the_run_is_refused() -> None:
         parse_requirement("r95(2 h) <= 1 nmi").check_within(5064.0)
 
 
+def test_a_rate_has_a_time_soon_after_the_start() -> None:
+    assert parse_requirement("rate(0.5 s) <= 1 nmi/h").time == 0.5
+
+
 def test_its_meaning_is_a_sentence() -> None:
     meaning = parse_requirement("heading(600 s) <= 3 arcmin").meaning
     assert meaning == "root mean square over all runs of the heading error, at 600 s, at most 3 arcmin"
