@@ -105,7 +105,8 @@ def test_the_console() -> None:
 def test_the_budget() -> None:
     """σ of 3 and 4 arcmin: 5 in all; of 0.3 and 0.4 arcmin: 30 arcsec; each chart has its unit. Two decimals are those
     of the total: of a two-hundredth of it and less, one digit is shown."""
-    sources = {"tiny": angles(0.004, 0.0, 0.0, 0.0, size=ARCMIN), "bias": angles(3.0, 0.3, 0.0, 0.003, size=ARCMIN), "none": angles(0.0, 0.0, 0.0, 0.0),
+    sources = {"tiny": angles(0.004, 0.0, 0.0, 0.0, size=ARCMIN),
+               "bias": angles(3.0, 0.3, 0.0, 0.003, size=ARCMIN), "none": angles(0.0, 0.0, 0.0, 0.0),
                "noise": angles(4.0, 0.4, 7.0, 0.0, size=ARCMIN)}  # fmt: skip
     values = ([0.004, 3.0, 4.0, sqrt(25.000016)], [0.0, 18.0, 24.0, 30.0], [0.0, 0.0, 7.0, 7.0],
               [0.0, 0.18, 0.0, 0.18])  # fmt: skip

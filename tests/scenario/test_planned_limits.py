@@ -87,7 +87,11 @@ def test_the_ground_is_at_the_height_of_the_runway() -> None:
     """A descent to this height is refused, one to a metre above it is not."""
     start = {"on": "runway", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 400.0}
     for altitude, refused in ((400.0, True), (401.0, False)):
-        legs = [{"type": "takeoff"}, {"type": "climb", "altitude_m": 1500.0}, {"type": "descend", "altitude_m": altitude}]
+        legs = [
+            {"type": "takeoff"},
+            {"type": "climb", "altitude_m": 1500.0},
+            {"type": "descend", "altitude_m": altitude},
+        ]
         flight = {"aircraft": "737", "start": start, "legs": legs}
         found = findings(Scenario.model_validate({"name": "test", "flight": flight}))
         assert [one.text.partition(". ")[0] for one in found if one.refused] == (

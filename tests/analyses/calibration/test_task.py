@@ -177,8 +177,8 @@ def test_coarse_biases_and_levelling() -> None:
 
 def result(method: str = "separate", scale: float = 1.0, arms: bool = False) -> CalibrationResult:
     """Values 1, 2, 3 … and 1σ 0.1, 0.2 … in the units of each parameter; the last one is not observable."""
-    described = scenario(method, "six-positions", imu={"gyro_asymmetry_ppm": [40.0] * 3, "gyro_asymmetry_sigma_ppm": 30.0,
-                                                         "accel_delay_ms": 2.0})  # fmt: skip
+    asymmetry = {"gyro_asymmetry_ppm": [40.0] * 3, "gyro_asymmetry_sigma_ppm": 30.0}
+    described = scenario(method, "six-positions", imu={**asymmetry, "accel_delay_ms": 2.0})
     known = parameters(described.imu, method, arms=arms)
     unit, number = np.array([one.unit[1] for one in known]), np.arange(1.0, len(known) + 1.0)
     seen = number < len(known)

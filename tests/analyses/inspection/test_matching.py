@@ -14,7 +14,14 @@ from sinssim.analyses.inspection.gnss_findings import velocity_delay
 from sinssim.analyses.inspection.quiet_spans import motion_of
 from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact
 from sinssim.analyses.inspection.stream_inspection import _apart, _mounting_finding
-from sinssim.analyses.inspection.unit_axes import Mounting, _mean_direction, _named, attitude_by_match, attitude_finding, mounting
+from sinssim.analyses.inspection.unit_axes import (
+    Mounting,
+    _mean_direction,
+    _named,
+    attitude_by_match,
+    attitude_finding,
+    mounting,
+)
 from sinssim.analyses.inspection.velocity_match import Match, Pushed, Seen, match, pushed, scatter, seen
 from sinssim.data import Array
 from sinssim.logs.recorded_streams import FixStream

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -252,7 +253,7 @@ def flying(*legs: dict[str, Any], **more: Any) -> Any:
     start = {"on": "air", "latitude_deg": 60.0, "longitude_deg": 10.0, "altitude_m": 500.0}
     plan = FlightPlan.model_validate({"aircraft": "c172x", "start": start, "legs": legs, **more})
     events = [FlightEvent(10.0, "leg 1 (hold) begins"), FlightEvent(12.0, "leg 3 (hold) begins")]
-    path = SimpleNamespace(events=events, start=10.0, end=14.0)
+    path = SimpleNamespace(events=events, start=10.0, end=14.0, ellipsoid=WGS84)
     truth = Truth.__new__(Truth)
     vars(truth).update(trajectory=path, guided=SimpleNamespace(source="mine"))
     return SimpleNamespace(scenario=SimpleNamespace(flight=plan), truth=truth, solutions={})
@@ -335,3 +336,133 @@ def test_whose_air_data_the_autopilot_sees(
     monkeypatch.setattr(guided_flight, "air_sensors", lambda scenario: dict.fromkeys(sensors))
     part = Guidance(flying(HOLD, guidance={"quantities": quantities}))
     assert part._seen() == {"airspeed": seen[0], "height": seen[1]}
+
+
+def test_the_entry_of_the_guidance(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From 10 to 13.5 s, once a second: on the first leg, until 12 s, at most 3-4-5, on the second 6-8-10 m. At its
+    end, 12.5 s, the displacement is the mean of those at 12 and 13 s; the flight ends 5-12-13 m off."""
+    events = [FlightEvent(10.0, "leg 1 (hold) begins"), FlightEvent(12.0, "leg 1 (hold) ends"),
+              FlightEvent(13.2, "leg 2 (turn) ends"),
+              FlightEvent(13.5, f"{guided_flight.ENDED}leg 3 (land): too low")]  # fmt: skip
+    run = flying(HOLD)
+    path = SimpleNamespace(events=events, start=10.0, end=13.5)
+    guided = SimpleNamespace(source="mine", moved=(120.0, 0.5), in_sections=True)
+    vars(run.truth).update(trajectory=path, guided=guided)
+    run.solutions["mine"] = "solution"
+    part = Guidance(run)
+    values = np.array([[0.0, 0.0, 9.0], [3.0, -4.0, 1.0], [1.0, 0.0, -2.0], [-6.0, 8.0, 3.0], [5.0, 12.0, 99.0]])
+    vars(part)["displaced"] = Displaced(np.array([10.0, 11.0, 12.0, 13.0, 13.5]), values)
+    monkeypatch.setattr(Guidance, "_seen", lambda self: {"airspeed": "true", "height": "sensor"})
+    monkeypatch.setattr(guided_flight, "pieces_of", lambda scenario, truth: "pieces")
+    monkeypatch.setattr(guided_flight, "misses", lambda *given: [Miss(1, str(given[2]), 0.8, 0.2, 11.5, -7.0, 4.0)])
+    monkeypatch.setattr(guided_flight, "_horizontal", lambda path, solution, time: 100.0 * time + (solution is None))
+    monkeypatch.setattr(guided_flight, "ending", lambda plan, path: {"time_s": path.end})
+    assert part.numbers() == {
+        "source": "mine", "seen": {"airspeed": "true", "height": "sensor"}, "ended_early": "leg 3 (land): too low",
+        "end": {"time_s": 13.5}, "moved_m": [120.0, 0.5], "in_sections": True,
+        "displacement_max_m": 13.0, "displacement_end_m": 13.0,
+        "legs": [
+            {"leg": "1 hold", "end_s": 12.0, "navigation_error_m": 1200.0, "along_m": 1.0, "right_m": 0.0, "up_m": -2.0,
+             "horizontal_max_m": 5.0},
+            {"leg": "2 turn", "end_s": 13.2, "navigation_error_m": 1320.0, "along_m": pytest.approx(-1.6),
+             "right_m": pytest.approx(9.6), "up_m": pytest.approx(41.4), "horizontal_max_m": 10.0},
+        ],
+        "waypoints": [{"waypoint": "pieces", "time_s": 11.5, "right_m": -7.0, "left_to_go_m": 4.0,
+                       "navigation_error_m": 1150.0}],
+    }  # fmt: skip
+    part.enter("as before")  # type: ignore[arg-type]
+    assert part.with_filter() == "as before"  # type: ignore[comparison-overlap]
+    guided.source = "aided"
+    assert part.with_filter()["source"] == "aided"
+
+
+def test_the_errors_at_a_detection_on_the_console(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of the next row; none beyond the end, and none where no path is planned."""
+    part = of_flight([9.0, 9.0, 3.0, -4.0])
+    part.enter({**off_path().entry, "corridors": []})
+    seen = [Moment(10.5, "a", "first"), Moment(11.5, "b", "second"), Moment(99.0, "c", "third")]
+    monkeypatch.setattr(OffPath, "_faults", lambda self: seen)
+    table, said = part.brief({})
+    assert table.title == "Distance from the planned path by leg"  # type: ignore[union-attr]
+    assert said.text == "At 11.5 s (second): across the planned path TSE 3.00 m, NSE −3.00 m."  # type: ignore[union-attr]
+
+
+def test_what_the_page_says_of_the_path(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Verdict, tables by leg and by phase, legs without a path, the solutions, the map and the charts."""
+    part = of_flight([9.0, 9.0, 3.0, -4.0])
+    monkeypatch.setattr(OffPath, "_map", lambda self: "map")
+    monkeypatch.setattr(OffPath, "_charts", lambda self: iter(("across", "above")))
+    nse = {f"nse_{axis}_{what}_m": 10.0 * k + m for k, axis in enumerate(("across", "along", "vertical"), 1)
+           for m, what in enumerate(("95", "max"))}  # fmt: skip
+    entry = {**off_path().entry, "phases": [sizes(40.0, phase="climb")], "solutions": {"euler": nse}}
+    part.enter(entry)
+    verdict, legs, phases, without, follows, navigation, drawn, charts = (*part.exhibits(),)
+    assert verdict.text.startswith("RNP 0.3 is NOT met")  # type: ignore[union-attr]
+    assert [(table.title, table.on) for table in (legs, phases, navigation)] == [  # type: ignore[union-attr]
+        ("Distance from the planned path by leg", ("page",)), ("Distance from the planned path by phase", ("page",)),
+        ("Navigation system errors", ("page",)),
+    ]  # fmt: skip
+    assert [list(row) for row in phases.rows] == [  # type: ignore[union-attr]
+        ["climb", *np.arange(40.0, 48.0)], ["flight, all", *np.arange(30.0, 38.0)],
+    ]  # fmt: skip
+    assert (legs.note[:3], phases.note) == ("TSE", "")  # type: ignore[union-attr]
+    assert [list(row) for row in navigation.rows] == [["euler", 10.0, 11.0, 20.0, 21.0, 30.0, 31.0]]  # type: ignore[union-attr]
+    assert without.text == "Without a planned path in space: leg 2 s_turns."  # type: ignore[union-attr]
+    assert follows.text == (  # type: ignore[union-attr]
+        "The flight follows the true motion: its NSE is zero. Those of its solutions are:"
+    )
+    assert (drawn, charts.rows, charts.size) == ("map", (("across", "above"),), PAIR)  # type: ignore[union-attr]
+    part.enter({**entry, "phases": [], "solutions": {}})
+    assert len([*part.exhibits()]) == 5
+
+
+def test_the_map_and_the_lines_of_a_recording(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The true path, the believed one in the colour of its navigator, the planned one where it is known, at the true
+    height where no height is planned, the corridors with one name for each width, and the waypoints with their miss."""
+    part = of_flight([9.0, 9.0, 3.0, -4.0])
+    time = np.arange(10.0, 14.0)
+    planned = np.column_stack([time, 10.0 * time, [500.0, np.nan, 520.0, 530.0]])
+    planned[3] = np.nan
+    part.kept[False] = replace(part.errors, planned=planned)
+    state = SimpleNamespace(latitude=0.1 * time, longitude=0.2 * time, height=1000.0 + time)
+    vars(part.run.truth).update(time=time, state=state)
+    higher = SimpleNamespace(latitude=None, longitude=None)
+    part.run.truth.trajectory.state = lambda at: SimpleNamespace(height=1000.0 + np.asarray(at), **vars(higher))
+    part.run.solutions["mine"] = SimpleNamespace(time=time, latitude=time, longitude=-time, height=2.0 * time)
+    edge = np.array([1.0, 2.0])
+    edges = [(0.3, edge, 3.0 * edge, 5.0 * edge), (0.3, -edge, -3.0 * edge, 5.0 * edge), (1.0, edge, edge, edge)]
+    monkeypatch.setattr(guided_flight, "corridor_edges", lambda plan, pieces: iter(edges))
+    missed = [Miss(1, "N", 0.8, 0.2, 11.0, 12.5, 7.0), Miss(2, "S", 0.9, 0.3, 12.0, -3.0, 7.0)]
+    monkeypatch.setattr(guided_flight, "misses", lambda *given: missed)
+    monkeypatch.setattr(OffPath, "_faults", lambda self: [Moment(11.0, "jump", "text")])
+    found = SimpleNamespace(named=[("jump 11 s", 0.5, 0.6)])
+    monkeypatch.setattr(guided_flight, "places_of", lambda some, path: found)
+    drawn: dict[str, Any] = {}
+    monkeypatch.setattr(guided_flight, "track_map", lambda tracks, ellipsoid, **more: drawn.update(
+        tracks=tracks, ellipsoid=ellipsoid, **more))  # fmt: skip
+    part._map()
+    assert [(t.name, t.color, t.latitude.tolist(), t.longitude.tolist()) for t in drawn["tracks"]] == [
+        ("true", "truth", (0.1 * time).tolist(), (0.2 * time).tolist()),
+        ("believed", "mine", time.tolist(), (-time).tolist()),
+        ("planned", "planned", [10.0, 11.0, 12.0], [100.0, 110.0, 120.0]),
+        ("RNP 0.3", "corridor", [1.0, 2.0], [3.0, 6.0]), ("", "corridor", [-1.0, -2.0], [-3.0, -6.0]),
+        ("RNP 1", "corridor", [1.0, 2.0], [1.0, 2.0]),
+    ]  # fmt: skip
+    assert drawn["places"] == [("N (12.5 m right)", 0.8, 0.2), ("S (3.00 m left)", 0.9, 0.3), ("jump 11 s", 0.5, 0.6)]
+    assert (drawn["ellipsoid"], "the middle of the true track" in drawn["note"]) == (WGS84, True)
+    lines = list(part.paths())
+    assert [(line.name, line.color, line.words) for line in lines] == [
+        ("planned", "planned", ()), ("believed", "mine", ()), ("corridor/0", "corridor", ()),
+        ("corridor/1", "corridor", ()), ("corridor/2", "corridor", ()),
+        ("waypoints", "planned", ("N (12.5 m right)", "S (3.00 m left)")),
+    ]  # fmt: skip
+    np.testing.assert_array_equal(lines[0].height, [500.0, 1011.0, 520.0, 1013.0])
+    np.testing.assert_array_equal((lines[0].latitude, lines[0].longitude), planned[:, :2].T)
+    heights = [line.height.tolist() for line in lines[1:]]
+    assert heights == [[20.0, 22.0, 24.0, 26.0], [5.0, 10.0], [5.0, 10.0], [1.0, 2.0], [1011.0, 1012.0]]
+    assert [line.latitude.tolist() for line in lines[1:]] == [
+        time.tolist(), [1.0, 2.0], [-1.0, -2.0], [1.0, 2.0], [0.8, 0.9],
+    ]  # fmt: skip
+    assert [line.longitude.tolist() for line in lines[1:]] == [
+        (-time).tolist(), [3.0, 6.0], [-3.0, -6.0], [1.0, 2.0], [0.2, 0.3],
+    ]  # fmt: skip
