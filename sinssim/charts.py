@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,6 +104,31 @@ class Line(_Points):
     def name(self) -> str:
         """Name in the legend of a picture."""
         return self.label + self.more
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Ellipses(Line):
+    """Ellipses about places of a track, drawn at some instants; the map of a page also has that of its cursor."""
+
+    at: Array  # (M,) s
+    centres: Array  # (M, 2) SI
+    axes: Array  # (M, 2, 2), both semi-axes as vectors, the longer first, SI
+
+    @classmethod
+    def about(cls, at: Array, centres: Array, axes: Array, shown: Array, **look: Any) -> Ellipses:
+        """Return the ellipses of instants, (M,) s, about centres with semi-axes; the rows `shown` are drawn."""
+        turn = np.append(np.linspace(0.0, 2.0 * np.pi, 49), np.nan)
+        ring = np.stack((np.cos(turn), np.sin(turn)), axis=1)
+        x, y = (centres[shown, None] + ring @ axes[shown]).reshape(-1, 2).T
+        return cls(x=x, y=y, at=at, centres=centres, axes=axes, **look)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ScaleBar(Line):
+    """A bar whose length on a map is a round number of a unit."""
+
+    unit: str  # its name
+    size: float  # SI
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -358,8 +358,14 @@ def _line(mark: Line, color: str, x: PixelScale, y: PixelScale, *, timed: bool) 
     for at, values in parts:
         columns = max(2, round(abs(float(x(at[-1]) - x(at[0])))))
         long = not (x.log or mark.marker) and len(at) > 2 * columns
-        if long and (timed or bool(np.all(np.diff(at) > 0.0))):
+        rising = timed or bool(np.all(np.diff(at) > 0.0))
+        if long and rising:
             at, values = envelope(at, values, float(at[0]), float(at[-1]) + 1e-9, columns)
+        elif not (rising or mark.marker):  # a track: no points within a pixel and a half of the way
+            way = np.concatenate(([0.0], np.hypot(np.diff(x(at)), np.diff(y(values))).cumsum()))
+            seen = np.concatenate(([True], np.diff(np.floor(way / 1.5)) > 0))
+            seen[-1:] = True
+            at, values = at[seen], values[seen]
         px, py = np.asarray(x(at)), np.asarray(y(values))
         if not mark.marker:
             px, py = _settled(px, py)

@@ -10,7 +10,7 @@ import numpy as np
 
 from sinssim.charts import Axis, Chart, Charts, Dots, Limit, Line, Mark, Rule, Shares
 from sinssim.recording import style
-from sinssim.recording.interactive.live_chart import can_live, live
+from sinssim.recording.interactive.live_chart import can_live, can_zoom, live, live_map
 from sinssim.recording.style import log_numbers, tick_label, ticks, time_ticks
 from sinssim.recording.svg import DASHES, WIDTHS, PixelScale, element, marks_of, path, segments, shapes_of, text, words
 from sinssim.recording.svg import STYLE as OF_ELEMENTS
@@ -74,9 +74,11 @@ def html_of(charts: Charts) -> str:
 def _with_data(charts: Charts, chart: Chart, width: float, height: float, frame: _Frame) -> str:
     """Return a chart of a group as HTML, with the data of curves over time."""
     still = svg_of(chart, width, height, frame, legend=charts.legend == "each")
+    ends = _ranges(chart)
+    if can_zoom(chart):
+        return live_map(still, chart, *ends)
     if not can_live(chart):
         return still
-    ends = _ranges(chart)
     across, upright = frame.span or ends[0], frame.reach or ends[1]
     told = replace(chart, marks=tuple(_told_apart(chart, upright, height)))
     left = max(frame.left, _left(chart, across, upright))
@@ -197,9 +199,12 @@ def svg_of(chart: Chart, width: float, height: float, frame: _Frame | None = Non
     top += 8
     bottom = top + tall
     x, y = PixelScale(*across, left, left + inner, chart.x.log), PixelScale(*upright, bottom, top, chart.y.log)
-    body += _axes(chart, x, y, inner, top, bottom, names=frame.names)
+    axes = list(_axes(chart, x, y, inner, top, bottom, names=frame.names))
     curves, words_over = marks_of(chart, x, y)
     words_over += _tops(texts, x, top, width - 4.0)
+    if can_zoom(chart):  # the script draws both anew
+        axes, words_over = (['<g class="redrawn">', *parts, "</g>"] for parts in (axes, words_over))
+    body += axes
     # An inner element clips the marks at the axes.
     box = f"{left:g} {top:g} {inner:g} {tall:g}"
     body.append(f'<svg x="{left:g}" y="{top:g}" width="{inner:g}" height="{tall:g}" viewBox="{box}">')
@@ -212,16 +217,7 @@ def svg_of(chart: Chart, width: float, height: float, frame: _Frame | None = Non
         bottom = max(bottom, top + 17.0 * len(names) - 40.0)
     body.append(text(left + inner, bottom + 34, _axis_words(chart, across), "end", "soft"))
     about = f"{chart.title}: {chart.heading(True)} over {chart.heading(False)}".strip(": ")
-    return element(width, round(bottom + 42), about, "".join(body), _times(chart, x, y))
-
-
-def _times(chart: Chart, x: PixelScale, y: PixelScale) -> str:
-    """Return the instants of a track and where it then is, s and px, for the cursor of the page's script."""
-    for mark in chart.marks:
-        if isinstance(mark, Line) and len(mark.time):
-            rows = np.column_stack((mark.time, x(mark.x), y(mark.y))).round(1)
-            return f' data-track="{" ".join(f"{value:g}" for value in rows.ravel())}"'
-    return ""
+    return element(width, round(bottom + 42), about, "".join(body))
 
 
 def _axis_words(chart: Chart, ends: tuple[float, float]) -> str:

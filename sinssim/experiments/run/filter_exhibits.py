@@ -20,6 +20,7 @@ from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
 from sinssim.experiments.run.filter_remedies import what_to_try
 from sinssim.experiments.run.filter_summary import detected, for_people, sentences, together
 from sinssim.experiments.run.summary_types import ErrorNumbers, FilterNumbers, StateNumbers, Test
+from sinssim.experiments.run.track_map import Spread
 from sinssim.formatting import number_text, signed
 from sinssim.recording import style
 from sinssim.recording.style import thinned
@@ -184,6 +185,20 @@ class _Errors:
     error: Array
     sigma: Array
     fitted: slice
+
+
+_ELLIPSES = 240
+"""Most instants of which a map has the ellipse."""
+
+
+def spread_of(aided: Aided) -> Spread | None:
+    """Return the horizontal covariance that the filter states, for a map; None if its history was not kept."""
+    history = aided.estimate.history
+    if history is None:
+        return None
+    rows, first = thinned(len(history.time), _ELLIPSES), aided.estimate.model.slices["position"].start
+    part = slice(first, first + 2)
+    return Spread("aided", history.time[rows], history.covariance[rows][:, part, part])
 
 
 def settled(kind: str, time: Array, span: tuple[float, float]) -> slice:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from sinssim import rotation, units
 from sinssim.data import Array, NavSolution, NavState, blocks
+from sinssim.experiments.run.track_map import coasts_about
 from sinssim.recording import style
 from sinssim.recording.rerun.scene import Scene
 from sinssim.recording.streams import Stream, Vector
@@ -226,6 +227,9 @@ def draw_flight(
     path = thinned(len(k), _PATH_POINTS)
     lat_lon = np.column_stack((lat, lon)) / units.DEG
     color = style.COLORS["truth"]
+    if coasts := coasts_about(lat[path], lon[path]):  # also where no network has the viewer's map
+        thin, grey = rr.Radius.ui_points(0.6), style.COLORS["ground"]
+        recording.static("map/coasts", rr.GeoLineStrings(lat_lon=coasts, radii=thin, colors=grey))
     recording.static(
         "map/truth", rr.GeoLineStrings(lat_lon=[lat_lon[path]], radii=rr.Radius.ui_points(2.5), colors=color)
     )

@@ -21,7 +21,7 @@ from sinssim.experiments.run.error_exhibits import (
     singularity_exhibits,
     title_of_errors,
 )
-from sinssim.experiments.run.filter_exhibits import filter_exhibits
+from sinssim.experiments.run.filter_exhibits import filter_exhibits, spread_of
 from sinssim.experiments.run.filter_summary import moments, places_of, sentences
 from sinssim.experiments.run.motion_exhibits import motion_exhibits, motion_facts, motion_map, solution_tracks
 from sinssim.experiments.run.navigation_scheme import axes_exhibits, scheme, scheme_words
@@ -143,7 +143,8 @@ def _simulated(run: Reached | Run, summary: RunSummary, first: FirstSections) ->
         times = summary["filter"]["detections"] if "filter" in summary else []
         path = truth.trajectory
         places = places_of(moments(scenario, times, (path.start, path.end)), path)
-        chart = motion_map(scenario, truth.ellipsoid, first.track, tracks, places.named)
+        spread = None if run.aided is None else spread_of(run.aided)
+        chart = motion_map(scenario, truth.ellipsoid, first.track, tracks, places.named, spread)
         yield Section(title, [Beside([chart, first.facts]), *first.motion], on=_PAGE)
     yield Section("Sensor errors of this run", first.sensors, on=_PAGE)
     yield from first.parts

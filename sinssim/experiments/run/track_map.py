@@ -10,6 +10,7 @@ package world-atlas 2.0.2 of npm has them; `docs/coastlines.py` writes their fil
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -20,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sinssim.earth
-from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Dash, Dots, Line, Mark, Remark, Weight
+from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Dash, Dots, Ellipses, Line, Mark, Remark, ScaleBar, Weight
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.earth.geodetic_coordinates import radii
@@ -33,6 +34,8 @@ _ROWS = 4096
 _WIDTH, _HEIGHT = 488.0, 420.0
 """Size of the map for which its words are placed, px."""
 _NAME_LETTER, _NAME_HEIGHT = 5.6, 14.0  # width of a letter of a name, and its height, px
+_FINE = 0.4
+"""Distance of the points of a track, px: a page zooms in."""
 _LEAST = 100.0
 """Least extent of a map, m."""
 _WIDEST, _FAR = 2.0, 10_000.0
@@ -45,6 +48,30 @@ NOTE = (
     "Azimuthal equidistant projection about the middle of the {} track, where the axes point east and north. Dotted: "
     "meridians and parallels; behind them, coasts and borders of Natural Earth."
 )
+
+
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """What a filter states about the horizontal position of its solution.
+
+    Attributes:
+        track: name of the solution's track.
+        time: (M,) s.
+        covariance: of north and east, (M, 2, 2) m².
+    """
+
+    track: str
+    time: Array
+    covariance: Array
+
+    def ellipses(self, east: Array, north: Array, time: Array, instants: Array) -> Ellipses:
+        """Return the ellipses that contain 95 % of a normal distribution, about a track on the map, (N,) m and s, drawn
+        at some instants."""
+        centres = np.column_stack((np.interp(self.time, time, east), np.interp(self.time, time, north)))
+        sizes, ways = np.linalg.eigh(self.covariance[:, ::-1, ::-1])  # east first
+        axes = np.swapaxes(ways * np.sqrt(-2.0 * np.log(0.05) * np.maximum(sizes, 0.0))[:, None, :], 1, 2)[:, ::-1]
+        shown = np.unique(np.abs(self.time[:, None] - instants).argmin(axis=0))
+        return Ellipses.about(self.time, centres, axes, shown, label="95 % by the filter", color="r95", weight="thin")
 
 
 class Places(Protocol):
@@ -164,12 +191,13 @@ def track_map(
     outages: Sequence[tuple[float, float]] = (),
     places: Sequence[tuple[str, float, float]] = (),
     legs: Sequence[tuple[str, float]] = (),
+    spread: Spread | None = None,
     note: str = "",
 ) -> Charts:
     """Return the map of the motion and of solutions that are not far from it.
 
-    Outages, s, are marked on the motion. Places have a name with latitude and longitude, rad; legs have a name with an
-    instant, s, which is marked instead of round times.
+    Outages, s, are marked on the motion; ellipses show the `spread` of a solution. Places have a name with latitude and
+    longitude, rad; legs have a name with an instant, s, which is marked instead of round times.
     """
     motion, *solutions = tracks
     up = _normals(motion.latitude, motion.longitude)
@@ -192,7 +220,12 @@ def track_map(
         weight: Weight = "wide" if track is motion and solutions else "line"
         label = track.name if solutions or outages else ""
         time = track.time[thinned(len(track.time), _ROWS)] if track is motion else None
-        marks.append(_line(label, *line, frame, track.color, weight, dash, time))
+        marks.append(_line(label, *line, frame, track.color, weight, dash, time, _FINE))
+    for track, line in zip(tracks, lines, strict=True):
+        if spread is not None and track.name == spread.track:
+            k = thinned(len(track.time), _ROWS)
+            instants = [motion.time[0], *([at for _, at in legs] or _round_times(motion.time)), motion.time[-1]]
+            marks.append(spread.ellipses(*line, track.time[k], np.array(instants)))
     marks += [*_waypoints(places, projection, frame), *_instants(motion, projection, frame, legs),
               *_scales(frame)]  # fmt: skip
     unit = fixed("km", 1e3) if frame.width > 2000.0 else fixed("m")
@@ -206,12 +239,12 @@ def track_map(
 
 def _line(
     label: str, east: Array, north: Array, frame: _Frame, color: Color, weight: Weight = "line", dash: Dash = "",
-    time: Array | None = None,
+    time: Array | None = None, grain: float = 1.5,
 ) -> Line:  # fmt: skip
-    """Return a line without the points that lie within half a pixel of the previous one; `time` is at its points."""
+    """Return a line without the points that lie within `grain` pixels of the previous one; `time` is at its points."""
     x, y = frame.pixels(east, north)
     steps = np.concatenate(([0.0], np.hypot(np.diff(x), np.diff(y)).cumsum()))
-    seen = np.concatenate(([True], np.diff(np.floor(steps / 1.5)) > 0))
+    seen = np.concatenate(([True], np.diff(np.floor(steps / grain)) > 0))
     seen[-1:] = True
     line = Line(label=label, x=east[seen], y=north[seen], color=color, weight=weight, dash=dash)
     return line if time is None else replace(line, time=time[seen])
@@ -263,6 +296,38 @@ def _outlines() -> tuple[Array, Array, NDArray[np.bool_]]:
     )  # fmt: skip
 
 
+_ROUND, _GRAIN = math.radians(4.0), 1.0 / 800.0
+"""Least room about a track in which coasts are drawn on the map of a recording, rad; their grain, of its width."""
+
+
+def coasts_about(latitude: Array, longitude: Array) -> list[Array]:
+    """Return coasts and borders about a track, for a map that has no other background.
+
+    Args:
+        latitude, longitude: (N,) rad.
+
+    Returns:
+        Lines, each (M, 2), latitude and longitude in deg; at least 4° and twice the extent of the track around it.
+    """
+    world_latitude, world_longitude, _ = _outlines()
+    up = 0.5 * (float(np.nanmin(latitude)) + float(np.nanmax(latitude)))
+    turned = np.unwrap(longitude[np.isfinite(longitude)])
+    across = 0.5 * (float(turned.min()) + float(turned.max()))
+    room = max(_ROUND, 2.0 * float(np.nanmax(latitude) - np.nanmin(latitude)), 2.0 * float(np.ptp(turned)) * np.cos(up))
+    away = (world_longitude - across + np.pi) % (2.0 * np.pi) - np.pi
+    grain = _GRAIN * room
+    with np.errstate(invalid="ignore"):
+        near = (np.abs(world_latitude - up) < room) & (np.abs(away) * max(np.cos(up), 0.1) < room)
+        cells = np.floor(world_latitude / grain) + 1j * np.floor(world_longitude / grain)
+    lines = []
+    for rows in np.split(np.arange(len(near)), np.flatnonzero(np.diff(near)) + 1):
+        if near[rows[0]] and len(rows) > 1:
+            new = np.concatenate(([True], cells[rows[1:]] != cells[rows[:-1]]))
+            new[-1] = True
+            lines.append(np.column_stack((world_latitude[rows[new]], world_longitude[rows[new]])) / DEG)
+    return lines
+
+
 def _world(projection: Projection, frame: _Frame) -> Iterator[Line]:
     """Yield coasts and borders near the map, as fine as they are seen: beside it, only where they may return."""
     latitude, longitude, border = _outlines()
@@ -302,7 +367,7 @@ def _scales(frame: _Frame) -> Iterator[Mark]:
         length = max(n for n in (1.0, 2.0, 5.0) if n * power <= most) * power
         left, height = right - length * unit, frame.north - (14.0 + 16.0 * number) * pixel
         x, y = np.array([left, left, right, right]), height + np.array([4.0, 0.0, 0.0, 4.0]) * pixel
-        yield Line(x=x, y=y, color="ink", weight="thin")
+        yield ScaleBar(x=x, y=y, color="ink", weight="thin", unit=name, size=unit)
         yield Remark(x=left, y=height, text=f"{length:g} {name}", left=True, soft=True)
 
 
@@ -381,8 +446,8 @@ def _instants(
     """Yield dots along a track at round times or at the instants of legs, at its start and at its end."""
     time = motion.time
     at, step, unit, size = time_ticks(float(time[0]), float(time[-1]))
-    at = at[(at * size > time[0]) & (at * size < time[-1])]
-    inner = [instant for _, instant in legs] or at * size
+    inner = [instant for _, instant in legs] or list(_round_times(time))
+    at = _round_times(time) / size
     k = np.searchsorted(time, np.concatenate(([time[0]], inner, [time[-1]]))).clip(max=len(time) - 1)
     east, north = projection.plane(motion.latitude[k], motion.longitude[k])
     x, y = frame.pixels(east, north)
@@ -400,6 +465,12 @@ def _instants(
         if all(abs(a - c) > 30.0 or abs(b - d) > 14.0 for c, d in taken):
             taken.append((a, b))
             yield Remark(x=float(east[i]), y=float(north[i]), text=names[i], left=a >= _WIDTH - 50.0)
+
+
+def _round_times(time: Array) -> Array:
+    """Return the round times within those of a track, (N,) s."""
+    at, _, _, size = time_ticks(float(time[0]), float(time[-1]))
+    return np.asarray(at[(at * size > time[0]) & (at * size < time[-1])] * size)
 
 
 def _waypoints(places: Sequence[tuple[str, float, float]], projection: Projection, frame: _Frame) -> Iterator[Mark]:

@@ -11,8 +11,9 @@ const live = (() => {
   const drawn = []; // the charts of the page that were in sight
   let part = null; // the time that all charts over time show, s; null for all
   let due = false; // whether the page is about to draw another part
-  // draws: called with each chart once it is drawn; parts: draw the other parts of a page that answer the reader
-  const shared = {drawn, draws: [], parts: {}};
+  // draws: called with each chart once it is drawn; spots: called with the instant of the cursor, s or null;
+  // parts: draw the other parts of a page that answer the reader
+  const shared = {drawn, draws: [], parts: {}, spots: []};
 
   const css = name => name.startsWith("--")
     ? getComputedStyle(document.documentElement).getPropertyValue(name).trim() : name;
@@ -327,29 +328,7 @@ const live = (() => {
       chart.plot.setCursor({left: left <= chart.plot.over.clientWidth ? left : -10, top: 10}, false, false);
       chart.plot.setLegend({idxs: chart.plot.cursor.idxs}, false);
     }
-    document.querySelectorAll("svg[data-track]").forEach(map => spot(map, t));
-  }
-
-  // Marks the place at an instant on a map, between those beside it; nothing outside the map.
-  function spot(map, t) {
-    const rows = map.track ??= map.dataset.track.split(" ").map(Number), last = rows.length / 3 - 1;
-    let mark = map.querySelector(".here");
-    if (!mark) {
-      mark = document.createElementNS(map.namespaceURI, "circle");
-      mark.setAttribute("class", "here");
-      mark.setAttribute("r", 6);
-      map.append(mark);
-    }
-    let k = 0;
-    while (k < last && rows[3 * k + 3] < t) k++;
-    const there = t !== null && t >= rows[0] && k < last;
-    mark.style.display = there ? "" : "none";
-    if (!there) return;
-    const part = (t - rows[3 * k]) / (rows[3 * k + 3] - rows[3 * k] || 1);
-    ["cx", "cy"].forEach((name, n) => {
-      const [a, b] = [rows[3 * k + n + 1], rows[3 * k + n + 4]];
-      mark.setAttribute(name, a + part * (b - a));
-    });
+    shared.spots.forEach(call => call(t));
   }
 
   // Takes a drawn chart away, and draws another in its place: as the page has it, or with other curves and their arrays.

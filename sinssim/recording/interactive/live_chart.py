@@ -12,7 +12,7 @@ import html
 import json
 import re
 import zlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.charts import Band, Chart, Dash, Dots, Limit, Line, Mark, Remark, Rule, Shares
+from sinssim.charts import Band, Chart, Dash, Dots, Ellipses, Limit, Line, Mark, Remark, Rule, ScaleBar, Shares
 from sinssim.data import Array
 from sinssim.exhibits import Interactive
 from sinssim.recording import style
@@ -74,6 +74,57 @@ def live(still: str, chart: Chart, across: Ends, upright: Ends, left: float, *, 
              "numbers": _packed(list(data.numbers.values()))}  # fmt: skip
     text = html.escape(json.dumps(whole, ensure_ascii=False, allow_nan=False))
     return f'<figure class="{"live" if named else "live short"}" data-chart="{text}">{still}</figure>'
+
+
+def can_zoom(chart: Chart) -> bool:
+    """Return whether a chart is a map with a track."""
+    return chart.equal and any(isinstance(mark, Line) and len(mark.time) for mark in chart.marks)
+
+
+def live_map(still: str, chart: Chart, across: Ends, upright: Ends) -> str:
+    """Return a map as HTML: its still picture, and what the script draws of it at other scales.
+
+    Args:
+        still: the picture, SVG.
+        across, upright: ends of both axes, SI.
+    """
+    size, arrays = chart.unit(False)[1], list[Array]()
+
+    def number(values: Array) -> int:
+        arrays.append(np.asarray(values, "<f4"))
+        return len(arrays) - 1
+
+    lines, dots, texts, ellipses = list[Any](), list[Any](), list[Any](), list[Any]()
+    bars = [mark for mark in chart.marks if isinstance(mark, ScaleBar)]
+    beside = {(float(bar.x[0]), float(bar.y[1])) for bar in bars}
+    for mark, color in zip(chart.marks, style.of_marks(chart.marks), strict=True):
+        match mark:
+            case ScaleBar():
+                pass
+            case Ellipses():
+                ellipses.append({"color": _paint(color), "at": number(mark.at), "parts": [
+                    number(values / size) for values in (*mark.centres.T, *mark.axes.reshape(-1, 4).T)]})  # fmt: skip
+                lines.append(_map_line(mark, color, number, size))
+            case Line():
+                lines.append(_map_line(mark, color, number, size))
+            case Dots():
+                dots.append({"color": _paint(color), "x": number(mark.x[:] / size), "y": number(mark.y[:] / size),
+                             "size": mark.size / style.POINTS_PER_PIXEL})  # fmt: skip
+            case Remark() if (mark.x, mark.y) not in beside:
+                texts.append({"x": mark.x / size, "y": mark.y / size, "text": mark.text, "left": mark.left,
+                              "below": mark.below, "soft": mark.soft})  # fmt: skip
+    whole = {"ends": [[end / size for end in ends] for ends in (across, upright)], "lines": lines, "dots": dots,
+             "words": texts, "ellipses": ellipses, "bars": [[bar.unit, bar.size / size] for bar in bars],
+             "counts": [len(part) for part in arrays], "numbers": _packed(arrays)}  # fmt: skip
+    text = html.escape(json.dumps(whole, ensure_ascii=False, allow_nan=False))
+    return f'<figure class="live_map" data-map="{text}">{still}</figure>'
+
+
+def _map_line(mark: Line, color: Any, number: Callable[[Array], int], size: float) -> dict[str, Any]:
+    """Return a line of a map as the script reads it."""
+    return {"color": _paint(color), "x": number(mark.x / size), "y": number(mark.y / size),
+            "width": round(WIDTHS[mark.weight], 2), "dash": DASHES[mark.dash], "marker": bool(mark.marker),
+            "time": number(mark.time) if len(mark.time) else None}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -213,11 +264,14 @@ def interactive(item: Interactive) -> str:
 
 def with_scripts(body: Sequence[str]) -> list[str]:
     """Return the parts of a page; if it has such charts, with a sentence above the first, and the scripts."""
-    first = next((k for k, part in enumerate(body) if '<figure class="live' in part), None)
-    if first is None:
+    whole = "".join(body)
+    if '<figure class="live' not in whole:
         return list(body)
-    more = tuple(sorted(set(re.findall(r'<div class="(\w+)" data-live', "".join(body)))))
-    return [*body[:first], _HINT, *body[first:], _scripts(more)]
+    more = [*(["live_map"] if "data-map=" in whole else []), *re.findall(r'<div class="(\w+)" data-live', whole)]
+    first = next(k for k, part in enumerate(body) if '<figure class="live' in part)
+    hints = (_OF_CHARTS if "data-chart=" in whole else "") + (_OF_MAPS if "data-map=" in whole else "")
+    hint = f'<p class="note hint" hidden>{hints.strip()}</p>'
+    return [*body[:first], hint, *body[first:], _scripts(tuple(sorted(set(more))))]
 
 
 def policy(body: Iterable[str], *, asks: bool = False) -> str:
@@ -234,12 +288,16 @@ def policy(body: Iterable[str], *, asks: bool = False) -> str:
     return f"default-src 'none';{allowed} style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
 
 
-_HINT = (
-    '<p class="note hint" hidden>Drag across a curve to zoom in; a double click shows all again. Move over a curve to '
-    "read its values; click on a name to hide its curve, and on a mark above to see what follows it; <em>log</em> "
-    "changes the scale. A chart that was clicked on follows the wheel and the keys: <kbd>←</kbd> <kbd>→</kbd> move the "
-    "cursor, with <kbd>Shift</kbd> far; <kbd>+</kbd> <kbd>−</kbd> zoom; <kbd>Page Up</kbd> <kbd>Page Down</kbd> move "
-    "the part that is shown; <kbd>Esc</kbd> shows all.</p>"
+_OF_CHARTS = (
+    "Drag across a curve to zoom in; a double click shows all again. Move over a curve to read its values; click on a "
+    "name to hide its curve, and on a mark above to see what follows it; <em>log</em> changes the scale. A chart that "
+    "was clicked on follows the wheel and the keys: <kbd>←</kbd> <kbd>→</kbd> move the cursor, with <kbd>Shift</kbd> "
+    "far; <kbd>+</kbd> <kbd>−</kbd> zoom; <kbd>Page Up</kbd> <kbd>Page Down</kbd> move the part that is shown; "
+    "<kbd>Esc</kbd> shows all."
+)
+_OF_MAPS = (
+    " So does a map, which dragging and the arrows move; the cursor has its place there, with the ellipse of 95 % by a "
+    "filter."
 )
 
 

@@ -71,7 +71,8 @@ def draw_map(time, truth, solutions, colors, ellipsoid, **more) -> str:
     """Return the map of a motion and of solutions as SVG."""
     named = [("truth", time, truth), *((name, s.time, s) for name, s in solutions.items())]
     tracks = [Track.of(*track, color) for track, color in zip(named, colors, strict=True)]
-    return html_of(track_map(tracks, ellipsoid, **more)).removeprefix('<div class="charts">').removesuffix("</div>")
+    whole = html_of(track_map(tracks, ellipsoid, **more))
+    return whole[whole.index("<svg") : whole.rindex("</svg>") + 6]  # the still picture
 
 
 def dots(svg: str) -> list[float]:

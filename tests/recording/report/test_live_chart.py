@@ -278,7 +278,7 @@ def test_the_cursor_reads_every_curve_of_every_chart_and_marks_the_map(page: Pag
     np.testing.assert_allclose([whole, ends, half], [6.0 * minutes, 12.0 * minutes, 3.0 * minutes], rtol=1e-3)
     assert other == pytest.approx(minutes, abs=0.1)
     east = page.value(
-        "(() => {const [box, at] = ['[data-track] > svg', '.here'].map(e => document.querySelector(e)); "
+        "(() => {const [box, at] = ['.zoomed svg svg', '.here'].map(e => document.querySelector(e)); "
         "return (at.getAttribute('cx') - box.getAttribute('x')) / box.getAttribute('width')})()"
     )
     assert 4000.0 * east == pytest.approx(60.0 * minutes, abs=15.0)
@@ -325,8 +325,11 @@ def test_marks_above_a_chart_show_what_follows_them(page: Page) -> None:
 
 
 def test_all_can_be_done_with_keys(page: Page) -> None:
-    page.key("Tab")
-    assert focus(page) == "group"
+    before = []
+    for _ in range(5):
+        page.key("Tab")
+        before.append(focus(page))
+    assert before == ["group", "+", "−", "whole", "group"]  # a map, then a chart
     assert page.value("document.activeElement === document.querySelector('.live')")
     assert page.value("getComputedStyle(document.activeElement).outlineStyle") == "solid"
     page.key("Home")

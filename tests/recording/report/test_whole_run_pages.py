@@ -67,7 +67,7 @@ def parts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(report, "note_on_errors", lambda: Sentence("(note)"))
     monkeypatch.setattr(report, "scheme", lambda scenario: "scheme")
     monkeypatch.setattr(report, "scheme_words", lambda scenario: "words")
-    monkeypatch.setattr(report, "motion_map", lambda scenario, ellipsoid, motion, tracks, places: Sentence(
+    monkeypatch.setattr(report, "motion_map", lambda scenario, ellipsoid, motion, tracks, places, _: Sentence(
         f"map of {[track.name for track in tracks]} on {ellipsoid}"))  # fmt: skip
 
 
@@ -85,7 +85,7 @@ def truth() -> Truth:
 @pytest.mark.usefixtures("parts")
 def test_a_run_with_everything() -> None:
     places = SimpleNamespace(time=np.zeros(1), latitude=np.zeros(1), longitude=np.zeros(1))
-    aided = SimpleNamespace(estimate=SimpleNamespace(solution=places))
+    aided = SimpleNamespace(estimate=SimpleNamespace(solution=places, history=None))
     run = run_of(aided=aided, parts=PARTS, truth=truth())
     assert page(run, summary(filter={"detections": []}), EVERY) == [
         "<h1>&lt;s&gt;</h1>", '<p class="lead">d<br></p>', "<p>(remarks)</p>", "<h2>Motion</h2>",
