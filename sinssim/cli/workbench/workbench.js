@@ -3,7 +3,8 @@
 document.addEventListener("DOMContentLoaded", () => {
   const $ = id => document.getElementById(id);
   const opened = {path: null, shipped: false, text: "", digest: ""};
-  let lists = {scenarios: [], runs: []}, running = new Map(), checking = false, planned = 0;
+  const lists = {scenarios: [], runs: []};
+  let running = new Map(), checking = false, planned = 0;
 
   async function ask(what, body) {
     const [path, query] = body === undefined ? [what, {}] : [what, {method: "POST", body: JSON.stringify(body),
@@ -263,9 +264,10 @@ document.addEventListener("DOMContentLoaded", () => {
   }
 
   async function refresh() {
-    lists = await ask("lists");
+    Object.assign(lists, await ask("scenarios"));
     $("folder").textContent = lists.folder;
     showScenarios();
+    Object.assign(lists, await ask("runs"));
     showFinished();
   }
 
@@ -289,9 +291,9 @@ document.addEventListener("DOMContentLoaded", () => {
   $("commands").dataset.none = "None has been started.";
   attempt(async () => {
     await refresh();
+    ask("keys").then(({tables}) => { sheet.tables = tables; }); // takes longer: after what is seen
     const path = decodeURIComponent(location.hash.slice(1));
     if (path) await choose(lists.scenarios.find(one => one.path === path) ?? {path, shipped: false});
   })();
   attempt(follow)();
-  attempt(async () => { sheet.tables = (await ask("keys")).tables; })();
 });

@@ -77,26 +77,26 @@ class Workbench:
         self.folder, self._children, self.token = folder.resolve(), children, secrets.token_urlsafe(24)
         self._saving = threading.Lock()
 
-    def lists(self, _: dict[str, Any]) -> dict[str, Any]:
-        """Return the scenarios and what has finished."""
+    def scenarios(self, _: dict[str, Any]) -> dict[str, Any]:
+        """Return the scenarios of the folder and the shipped ones."""
+        own = [{"path": path, "shipped": False} for path in self._scenarios()]
+        shipped = [name for name, file in list_content("scenarios").items() if self.folder not in file.parents]
+        return {"folder": str(self.folder), "scenarios": [*own, *({"path": n, "shipped": True} for n in shipped)]}
+
+    def runs(self, _: dict[str, Any]) -> dict[str, Any]:
+        """Return what has finished."""
         from sinssim.experiments.run.finished_runs import runs_in
 
-        own = list(self._scenarios())
-        shipped = {name: file for name, file in list_content("scenarios").items() if self.folder not in file.parents}
         place = self.folder / "runs"
-        runs = runs_in(place) if place.is_dir() else []
         return {
-            "folder": str(self.folder),
-            "scenarios": [{"path": path, "shipped": False} for path in own]
-            + [{"path": name, "shipped": True} for name in shipped],
             "runs": [
                 {"path": entry.path.relative_to(self.folder).as_posix(), "kind": entry.kind, "status": entry.status,
                  "scenario": entry.scenario, "solution": entry.solution, "error_m": entry.rms_horizontal_error_m,
                  "bytes": entry.size_bytes, "date": f"{entry.date:%Y-%m-%d %H:%M}", "problem": entry.problem,
                  "report": (entry.path / "report.html").is_file(), "view": (entry.path / "recording.rrd").is_file(),
                  "text": (entry.path / "scenario.toml").is_file()}
-                for entry in runs
-            ],
+                for entry in (runs_in(place) if place.is_dir() else ())
+            ]
         }  # fmt: skip
 
     def _scenarios(self) -> Iterator[str]:
@@ -281,7 +281,7 @@ def application(workbench: Workbench) -> Starlette:
             return Response(str(error), 404, media_type="text/plain")
         return FileResponse(file, media_type=kind, headers={"Content-Security-Policy": _ALONE})
 
-    reads = ("lists", "scenario", "commands", "keys")
+    reads = ("scenarios", "runs", "scenario", "commands", "keys")
     changes = ("check", "plan", "save", "start", "cancel")
     routes = [
         Route("/", page),
@@ -397,12 +397,4 @@ def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
         workbench = Workbench(folder, children)
         server = server_of(workbench)
         ready(f"http://127.0.0.1:{listening.getsockname()[1]}/{workbench.token}/")
-        threading.Thread(target=_prepare, name="prepare", daemon=True).start()
         server.run(sockets=[listening])
-
-
-def _prepare() -> None:
-    """Load what the first questions need."""
-    with suppress(SinssimError):
-        _page()
-        _tables()

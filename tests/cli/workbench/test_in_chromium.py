@@ -187,7 +187,7 @@ HOSTILE = """<!DOCTYPE html><title>begins</title><script>
 const body = JSON.stringify({path: "evil.toml", text: "x = 1", digest: ""}), found = [origin];
 const tried = what => what.then(answer => found.push(answer.status), error => found.push(error.name));
 const base = location.href.split("/files/")[0];
-tried(fetch(`${base}/lists`)).then(() => tried(fetch(`${base}/save`, {method: "POST", body}))).then(() =>
+tried(fetch(`${base}/runs`)).then(() => tried(fetch(`${base}/save`, {method: "POST", body}))).then(() =>
   tried(fetch(`${base}/save`, {method: "POST", body, mode: "no-cors"}))).then(() => { document.title = found; });
 </script>"""
 

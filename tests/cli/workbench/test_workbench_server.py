@@ -52,7 +52,7 @@ SAVE = {"path": "new.toml", "text": PARKED, "digest": ""}
 
 
 @pytest.mark.parametrize("token", ["", "x", "é", "..", "%00"])
-@pytest.mark.parametrize("path", ["", "lists", "files/runs/one%20run%20%3Cb%3E/report.html"])
+@pytest.mark.parametrize("path", ["", "scenarios", "files/runs/one%20run%20%3Cb%3E/report.html"])
 def test_nothing_without_the_token(bench: Served, token: str, path: str) -> None:
     answer = bench.ask(path, token=quote(token, safe="%."))
     assert answer.status == 404
@@ -63,7 +63,7 @@ def test_nothing_without_the_token(bench: Served, token: str, path: str) -> None
 @pytest.mark.parametrize("host", ["evil.example:{}", "127.0.0.1.evil.example", "", "localhost.:{}", "[::2]:{}"])
 def test_another_machine_s_name_is_refused(bench: Served, host: str) -> None:
     before = everything(bench)
-    answers = bench.ask("lists", Host=host.format(bench.port)), bench.ask("save", SAVE, Host=host.format(bench.port))
+    answers = bench.ask("runs", Host=host.format(bench.port)), bench.ask("save", SAVE, Host=host.format(bench.port))
     assert [answer.status for answer in answers] in ([421, 421], [400, 400])  # without a name, it is no request
     assert everything(bench) == before
 
@@ -159,12 +159,12 @@ def test_a_report_has_no_way_to_the_workbench(bench: Served) -> None:
 
 
 def test_the_lists(bench: Served) -> None:
-    lists = bench.ask("lists").json
-    own = [one["path"] for one in lists["scenarios"] if not one["shipped"]]
-    shipped = [one["path"] for one in lists["scenarios"] if one["shipped"]]
+    scenarios = bench.ask("scenarios").json["scenarios"]
+    own = [one["path"] for one in scenarios if not one["shipped"]]
+    shipped = [one["path"] for one in scenarios if one["shipped"]]
     assert own == ["mine.toml"]  # neither the study, the link, nor the scenario of the run
     assert {"first_flight", "parked"} <= set(shipped)
-    (run,) = lists["runs"]
+    (run,) = bench.ask("runs").json["runs"]
     assert (run["path"], run["kind"], run["scenario"], run["solution"], run["error_m"]) == (
         "runs/one run <b>", "run", "standing", "euler", 12.5,
     )  # fmt: skip
@@ -220,4 +220,4 @@ def test_a_request_that_is_none(bench: Served, body: bytes) -> None:
 def test_a_pipe_is_not_waited_for(bench: Served) -> None:
     os.mkfifo(bench.workbench.folder / "pipe.toml")
     assert "a named pipe" in bench.ask("scenario?path=pipe.toml").json["error"]
-    assert bench.ask("lists").status == 200
+    assert bench.ask("runs").status == 200
