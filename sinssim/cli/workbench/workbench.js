@@ -184,8 +184,7 @@ document.addEventListener("DOMContentLoaded", () => {
     const entry = element("li"), head = element("div", "", {class: "line"}), {number} = one;
     head.append(element("code", one.command), element("progress", "", {max: 1, "aria-label": `Progress of command ${number}`}),
                 element("span", "", {class: "state", role: "status"}), element("a", "Open the view", {target: "_blank", rel: "noopener"}),
-                element("button", "Cancel", {type: "button", "aria-label": `Cancel command ${number}`,
-                                             click: attempt(async () => { await ask("cancel", {number}); await follow(); })}));
+                element("button", "Cancel", {type: "button", click: attempt(async () => { await ask("cancel", {number}); await follow(); })}));
     const details = element("details"), output = element("pre", "", {tabindex: 0, "aria-label": `Output of command ${number}`});
     details.append(element("summary", "output"), output);
     entry.append(head, details);
@@ -203,6 +202,8 @@ document.addEventListener("DOMContentLoaded", () => {
     view.hidden = !one.page;
     if (one.page) view.href = one.page;
     cancel.textContent = one.page ? "Close" : one.cancelled ? "Kill" : "Cancel";
+    cancel.setAttribute("aria-label", `${cancel.textContent} command ${one.number}`);
+    entry.classList.toggle("wrong", ended && one.code !== 0);
     if (output.textContent !== one.output) output.textContent = one.output;
     if (ended && one.code !== 0 && !one.cancelled && !entry.told) { details.open = true; entry.told = true; }
   }

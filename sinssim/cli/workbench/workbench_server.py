@@ -21,7 +21,6 @@ from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from urllib.parse import unquote
 
 from sinssim.cli.workbench.child_commands import Children, arguments_of
 from sinssim.content import list_content
@@ -339,7 +338,7 @@ class _Guard:
         """Return the status and the reason of a refusal; 0 for none."""
         if not asks_this_machine(headers.get("host")):
             return 421, "Open the address that sinssim printed."
-        _, token, *_ = f"{unquote(scope['path'])}/".split("/")
+        _, token, *_ = f"{scope['path']}/".split("/")
         if not secrets.compare_digest(token.encode(), self._token.encode()):
             return 404, "Open the address that sinssim printed, with its token."
         if scope["method"] not in ("GET", "HEAD"):
