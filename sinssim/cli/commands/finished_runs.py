@@ -43,6 +43,12 @@ def view(
         Path | None,
         typer.Option("--screenshot", metavar="FILE", help="Write a picture (PNG) instead of opening a window."),
     ] = None,
+    time_s: Annotated[
+        float | None,
+        typer.Option(
+            "--time", metavar="S", help="Time of the run to show.", show_default="the start; of a picture, the middle"
+        ),
+    ] = None,
     debug: Debug = False,
 ) -> None:
     """Show a run in the Rerun viewer or in a browser, or write a picture.
@@ -54,17 +60,22 @@ def view(
         sinssim view runs/first_flight --view navigation
         sinssim view runs/first_flight --web
         sinssim view runs/first_flight --view sensors --screenshot sensors.png
+        sinssim view runs/first_flight --time 1234
     """
+    if time_s is not None and (web or not math.isfinite(time_s)):
+        raise typer.BadParameter(
+            "--time needs a finite number of seconds, and the window or a picture instead of --web"
+        )
     if web and screenshot is not None:
         raise typer.BadParameter("--web and --screenshot exclude each other; give one of them")
     from sinssim.recording.rerun import viewer
 
     if screenshot is not None:
-        viewer.screenshot(run_or_recording, screenshot, view=name)
+        viewer.screenshot(run_or_recording, screenshot, view=name, time_s=time_s)
     elif web:
         viewer.serve(run_or_recording, view=name)
     else:
-        viewer.open_viewer(run_or_recording, view=name)
+        viewer.open_viewer(run_or_recording, view=name, time_s=time_s)
 
 
 @command

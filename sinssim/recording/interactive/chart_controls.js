@@ -141,11 +141,12 @@
     try {
       await navigator.clipboard.writeText(text);
     } catch { // an old browser, or one that asks for leave
-      const field = document.body.appendChild(document.createElement("textarea"));
+      const before = document.activeElement, field = document.body.appendChild(document.createElement("textarea"));
       field.value = text;
       field.select();
       document.execCommand("copy");
       field.remove();
+      before.focus();
     }
   }
 
@@ -305,5 +306,5 @@
   }
 
   live.draws.push(tools, keys, wheel, fingers);
-  Object.assign(live, {zoom, pan, csv, picture, png, save});
+  Object.assign(live, {zoom, pan, csv, picture, png, save, copyText: copy});
 })();

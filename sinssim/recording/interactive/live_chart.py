@@ -297,7 +297,7 @@ _OF_CHARTS = (
 )
 _OF_MAPS = (
     " So does a map, which dragging and the arrows move; the cursor has its place there, with the ellipse of 95 % by a "
-    "filter."
+    "filter, and <em>3-D</em> copies the command that shows this instant in the viewer."
 )
 
 

@@ -38,7 +38,7 @@
     figure.classList.add("drawn");
     tools(map, place);
     gestures(map);
-    spots.push(t => { map.t = t; spot(map); });
+    spots.push(t => { [map.t, map.last] = [t, t ?? map.last]; spot(map); });
     draw(map);
     (live.maps ??= []).push(map);
   }
@@ -155,13 +155,22 @@
     ArrowDown: map => shift(map, 0, -0.1), "+": map => zoom(map, 0.5), "=": map => zoom(map, 0.5), "-": map => zoom(map, 2), Escape: whole,
   };
 
+  // The command that opens the run beside the page in the viewer at the last instant of the cursor.
+  async function command(map, button) {
+    const folder = decodeURIComponent(location.pathname).replace(/\/[^/]*$/, "").replaceAll("'", "'\\''");
+    await live.copyText(`sinssim view '${folder}' --time ${Number((map.last ?? map.track.time[0]).toPrecision(7))}`);
+    button.textContent = "copied";
+    setTimeout(() => { button.textContent = "3-D"; }, 1500);
+  }
+
   function tools(map, place) {
     const row = document.createElement("div"), {figure} = map;
     row.className = "tools";
-    for (const [name, title, act] of [["+", "Zoom in", () => zoom(map, 0.5)], ["\u2212", "Zoom out", () => zoom(map, 2)], ["whole", "Show the whole map", () => whole(map)]]) {
+    for (const [name, title, act] of [["+", "Zoom in", () => zoom(map, 0.5)], ["\u2212", "Zoom out", () => zoom(map, 2)], ["whole", "Show the whole map", () => whole(map)],
+                                      ["3-D", "Copy the command that shows this instant in the viewer", button => command(map, button)]]) {
       const button = document.createElement("button");
       Object.assign(button, {type: "button", textContent: name, title, ariaLabel: title});
-      button.addEventListener("click", act);
+      button.addEventListener("click", () => act(button));
       row.append(button);
     }
     place.append(row);

@@ -220,13 +220,21 @@ def find_run_info(recording: Path) -> RunInfo | None:
         ) from error
 
 
-def open_viewer(path: Path, view: str | None = None) -> None:
+def open_viewer(path: Path, view: str | None = None, *, time_s: float | None = None) -> None:
     """Open a run in Rerun's own viewer, and return when its window is closed.
 
     Args:
         view: name of the view in front, or path of a view's file; the recorded layout if not given.
+        time_s: place of the time cursor, s; the start if not given.
     """
-    with _files(path, view) as files, _Viewer(["--port", "auto", "--bind", "127.0.0.1", *files]) as viewer:
+    port = None if time_s is None else _free_ports(1)[0]
+    arguments = ["--port", str(port or "auto"), "--bind", "127.0.0.1"]
+    with _files(path, view) as files, _Viewer([*arguments, *files]) as viewer:
+        if port is not None and time_s is not None:
+            viewer.wait_for_port(port)
+            client, deadline = _client(port), time.monotonic() + _PICTURE_SECONDS[-1]
+            viewer.until(lambda: _loaded(client, timed=True), deadline)
+            viewer.until(lambda: _moved(client, time_s), deadline)
         if viewer.process.wait():
             raise viewer.failure()
 
@@ -334,13 +342,11 @@ def _picture_of(
     files: Sequence[str], size: tuple[int, int], timed: bool, time_s: float | None, seconds: float
 ) -> bytes:
     """Return the picture of a viewer that shows all of its files, as soon as it does not change any more."""
-    from rerun.experimental import ViewerClient
-
     (port,) = _free_ports(1)
     arguments = ["--headless", "--bind", "127.0.0.1", "--port", str(port), "--window-size", f"{size[0]}x{size[1]}"]
     with _Viewer([*arguments, *files], quiet=True) as viewer:
         viewer.wait_for_port(port)
-        client = ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
+        client = _client(port)
         deadline = time.monotonic() + seconds
         viewer.until(lambda: _loaded(client, timed) and (len(files) == 1 or _laid_out(client)), deadline)
         moment = viewer.until(lambda: (_middle(client) if time_s is None else time_s,), deadline)[0]
@@ -356,6 +362,12 @@ def _picture_of(
 
         viewer.until(settled, deadline)
         return before
+
+
+def _client(port: int) -> Any:
+    from rerun.experimental import ViewerClient
+
+    return ViewerClient.connect(f"rerun+http://127.0.0.1:{port}/proxy")
 
 
 def _moved(client: Any, moment: float) -> bool:

@@ -155,14 +155,16 @@ def test_view(sinssim: Sinssim, put: Put) -> None:
     opened, served = put("recording.rerun.viewer.open_viewer"), put("recording.rerun.viewer.serve")
     drawn = put("recording.rerun.viewer.screenshot")
     sinssim("view", "runs/a", "--view", "sensors")
-    assert (opened.args, opened.options) == ((Path("runs/a"),), {"view": "sensors"})
+    assert (opened.args, opened.options) == ((Path("runs/a"),), {"view": "sensors", "time_s": None})
     sinssim("view", "runs/b", "--web")
     assert (served.args, served.options) == ((Path("runs/b"),), {"view": None})
-    sinssim("view", "runs/c", "--view", "map", "--screenshot", "p.png")
-    assert (drawn.args, drawn.options) == ((Path("runs/c"), Path("p.png")), {"view": "map"})
+    sinssim("view", "runs/c", "--view", "map", "--screenshot", "p.png", "--time", "12.5")
+    assert (drawn.args, drawn.options) == ((Path("runs/c"), Path("p.png")), {"view": "map", "time_s": 12.5})
     assert [len(one.calls) for one in (opened, served, drawn)] == [1, 1, 1]
     said = sinssim("view", "runs/c", "--web", "--screenshot", "p.png", code=2)
     assert "--web and --screenshot exclude each other" in said
+    for more in (("--web", "--time", "1"), ("--time", "nan")):
+        assert "--time needs a finite number of seconds" in sinssim("view", "runs/c", *more, code=2)
 
 
 def test_list(sinssim: Sinssim, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -326,10 +326,10 @@ def test_marks_above_a_chart_show_what_follows_them(page: Page) -> None:
 
 def test_all_can_be_done_with_keys(page: Page) -> None:
     before = []
-    for _ in range(5):
+    for _ in range(6):
         page.key("Tab")
         before.append(focus(page))
-    assert before == ["group", "+", "−", "whole", "group"]  # a map, then a chart
+    assert before == ["group", "+", "−", "whole", "3-D", "group"]  # a map, then a chart
     assert page.value("document.activeElement === document.querySelector('.live')")
     assert page.value("getComputedStyle(document.activeElement).outlineStyle") == "solid"
     page.key("Home")

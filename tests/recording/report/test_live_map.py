@@ -180,6 +180,12 @@ def test_the_cursor_has_its_place_and_its_ellipse_on_the_map_and_the_map_its_ins
     page.drawn()
     minutes = page.value("live.drawn[0].plot.posToVal(live.drawn[0].plot.cursor.left, 'x')")
     assert minutes == pytest.approx(40.0, abs=0.2)
+    page.allow("clipboardReadWrite")
+    page.value("[...document.querySelectorAll('.live_map button')].at(-1).focus()")
+    page.key("Enter")
+    page.until("document.activeElement.textContent === 'copied'")
+    folder = page.requests[-1].removeprefix("file://").rpartition("/")[0]
+    assert page.value("navigator.clipboard.readText()") == f"sinssim view '{folder}' --time 2400"
     page.mouse(("mouseMoved", *on_map(page, 2.4, 3.0)))
     page.drawn()
     assert page.value("live.drawn[0].plot.cursor.left") < 0

@@ -206,6 +206,45 @@ def test_a_picture_waits_for_the_layout_that_was_asked_for(directory, tmp_path, 
     assert (tmp_path / "picture.png").read_bytes() == b"whole"
 
 
+def test_the_window_begins_at_a_time(directory, monkeypatch):
+    """The viewer is asked until the recording is loaded and its cursor is there."""
+    from rerun.experimental import ViewerClient
+
+    cursor = SimpleNamespace(current_time=None, timelines=[SimpleNamespace(name="sim_time", start=0, end=10**9)])
+    states = [SimpleNamespace(loading=True, recordings=[]), *[SimpleNamespace(loading=False, recordings=[cursor])] * 9]
+
+    class Client:
+        def get_state(self):
+            return states.pop(0)
+
+        def set_time(self, timeline, *, duration, play_state):
+            assert (timeline, play_state) == ("sim_time", "paused")
+            cursor.current_time = int(duration * 1e9)
+
+    class Viewer(viewer._Viewer):
+        def __enter__(self):
+            self.process = SimpleNamespace(wait=lambda: 0, poll=lambda: None)
+            assert self.arguments[1] == asked[0]
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+        def wait_for_port(self, port):
+            assert port == 4321
+
+    asked = ["4321"]
+    monkeypatch.setattr(viewer, "_free_ports", lambda count: [4321])
+    monkeypatch.setattr(ViewerClient, "connect", lambda url: Client())
+    monkeypatch.setattr(viewer, "_Viewer", Viewer)
+    monkeypatch.setattr(viewer, "_LOOK_SECONDS", 0.0)
+    viewer.open_viewer(directory, time_s=0.25)
+    assert cursor.current_time == 250_000_000
+    asked[0] = "auto"
+    viewer.open_viewer(directory)
+    assert cursor.current_time == 250_000_000
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("view", ["flight", "navigation", "sensors"])
 def test_every_view_makes_a_picture(directory, tmp_path, view, monkeypatch):
