@@ -181,11 +181,11 @@ def _follow(child: Child) -> None:
     with child.process.stdout as output:
         for line in output:
             line = line.rstrip("\n")
-            if found := _PROGRESS.match(line):
-                child.fraction, child.stage = float(found[1]), found[2]
+            if progress := _PROGRESS.match(line):
+                child.fraction, child.stage = float(progress[1]), progress[2]
                 continue
-            if found := _PAGE.match(line):
-                child.page = found[1]
+            if page := _PAGE.match(line):
+                child.page = page[1]
             child.lines.append(line)
     child.process.wait()
     child.ended = time.time()

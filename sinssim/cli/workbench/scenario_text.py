@@ -43,7 +43,19 @@ def checked_text(text: str, file: Path) -> dict[str, Any]:
         `mistakes`, each with `line`, from 1, 0 if it is not known, and `text`; `plan`, the lines of a sound scenario;
         `left`, a sentence on what was not checked, or "".
     """
-    with _checking, warnings.catch_warnings(record=True) as caught:
+    with _checking:
+        checked = _checked(text, file)
+        (first, *_) = checked["mistakes"] or [{"line": 0, "text": ""}]
+        if first["line"] and first["text"].startswith("TOML"):  # a line that is being written hides no other mistakes
+            lines = text.split("\n")
+            lines[first["line"] - 1] = ""
+            others = _checked("\n".join(lines), file)["mistakes"]
+            checked["mistakes"] += [other for other in others if other["line"] and not other["text"].startswith("TOML")]
+        return checked
+
+
+def _checked(text: str, file: Path) -> dict[str, Any]:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", SinssimWarning)
         try:
             if left := _left(parse_toml(text, file.name)):

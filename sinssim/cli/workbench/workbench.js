@@ -122,9 +122,13 @@ document.addEventListener("DOMContentLoaded", () => {
 
   function draw(html) {
     if ($("drawn").shown === html) return;
-    $("drawn").querySelectorAll("figure.live").forEach(live.drop);
-    $("drawn").shown = $("drawn").innerHTML = html; // the server's own drawing, in which all names are texts
-    $("drawn").querySelectorAll("figure.live").forEach(live.add);
+    const drawn = $("drawn");
+    drawn.querySelectorAll("figure.live").forEach(live.drop);
+    live.maps = [];
+    live.spots.length = 0;
+    drawn.shown = drawn.innerHTML = html; // the server's own drawing, in which all names are texts
+    drawn.querySelectorAll("figure.live").forEach(live.add);
+    drawn.querySelectorAll("figure.live_map").forEach(live.map);
   }
 
   // Saving, and commands

@@ -78,9 +78,10 @@ class Workbench:
 
     def scenarios(self, _: dict[str, Any]) -> dict[str, Any]:
         """Return the scenarios of the folder and the shipped ones."""
-        own = [{"path": path, "shipped": False} for path in self._scenarios()]
         shipped = [name for name, file in list_content("scenarios").items() if self.folder not in file.parents]
-        return {"folder": str(self.folder), "scenarios": [*own, *({"path": n, "shipped": True} for n in shipped)]}
+        listed = [(path, False) for path in self._scenarios()] + [(name, True) for name in shipped]
+        scenarios = [{"path": path, "shipped": is_shipped} for path, is_shipped in listed]
+        return {"folder": str(self.folder), "scenarios": scenarios}
 
     def runs(self, _: dict[str, Any]) -> dict[str, Any]:
         """Return what has finished."""
@@ -94,7 +95,7 @@ class Workbench:
                  "bytes": entry.size_bytes, "date": f"{entry.date:%Y-%m-%d %H:%M}", "problem": entry.problem,
                  "report": (entry.path / "report.html").is_file(), "view": (entry.path / "recording.rrd").is_file(),
                  "text": (entry.path / "scenario.toml").is_file()}
-                for entry in (runs_in(place) if place.is_dir() else ())
+                for entry in (runs_in(place) if place.is_dir() and not place.is_symlink() else ())
             ]
         }  # fmt: skip
 
@@ -164,7 +165,10 @@ class Workbench:
         """Start a command."""
         command = arguments_of(asked)
         for path in asked["paths"]:
-            self._file({"path": path}) if command[0] in ("check", "run", "ensemble", "budget") else self._inside(path)
+            if command[0] in ("check", "run", "ensemble", "budget"):
+                self._file({"path": path})
+            elif not self._inside(path).is_dir():
+                raise InputError(f"there is no result {shortened(path)}.")
         return self._children.start(command).to_json()
 
     def cancel(self, asked: dict[str, Any]) -> dict[str, Any]:
@@ -194,9 +198,10 @@ class Workbench:
         """Return the file of a scenario: a path in the folder, or the name of a shipped one."""
         path = asked.get("path")
         if isinstance(path, str) and not path.endswith(".toml"):
-            shipped = list_content("scenarios")
-            if path in shipped:
-                return shipped[path]
+            file = list_content("scenarios").get(path)
+            if file is None or self.folder in file.parents:
+                raise InputError(f"there is no shipped scenario {shortened(path)!r}.")
+            return file
         return self._inside(path)
 
     def _inside(self, path: object) -> Path:

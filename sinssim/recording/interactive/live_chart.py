@@ -312,5 +312,6 @@ def _scripts(more: tuple[str, ...], further: tuple[str, ...] = ()) -> str:
 
 
 def scripts_with(further: Sequence[str]) -> str:
-    """Return the style and the script of such charts with the scripts of a page that adds charts by itself, HTML."""
-    return _scripts((), tuple(further))
+    """Return the style and the script of such charts and maps with the scripts of a page that adds some by itself,
+    HTML."""
+    return _scripts(("live_map",), tuple(further))

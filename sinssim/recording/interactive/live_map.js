@@ -229,7 +229,8 @@
   }
 
   addEventListener("DOMContentLoaded", () => {
-    for (const figure of document.querySelectorAll("figure.live_map")) begin(figure).catch(console.error); // the still picture stays
+    live.map = figure => begin(figure).catch(console.error); // the still picture stays
+    document.querySelectorAll("figure.live_map").forEach(live.map);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => live.maps?.forEach(draw));
   });
 })();

@@ -47,6 +47,12 @@ def test_all_mistakes_of_a_text() -> None:
     ]  # fmt: skip
 
 
+def test_a_line_that_is_being_written_hides_no_other_mistakes() -> None:
+    text = PARKED.replace("rate_hz", "rate_khz").replace("[parked]", "[parked]\nlongi")
+    found = checked_text(text, FILE)["mistakes"]
+    assert [(mistake["line"], mistake["text"].split()[0]) for mistake in found] == [(4, "TOML"), (9, "unknown")]
+
+
 def test_the_plan_is_that_of_the_command(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     file.write_text(FLIGHT)
@@ -110,8 +116,8 @@ rate_hz = 50.0
 
 def test_the_plan_is_drawn_and_names_are_texts() -> None:
     html = plan_html(WAYPOINTS, FILE, 400.0)
-    assert html.count('<figure class="live') == 2  # height and speed, beside the map
-    assert "Map" in html
+    assert html.count('<figure class="live_map"') == 1
+    assert html.count('<figure class="live"') == 2  # height and speed
     assert "&lt;img src=x" in html
     assert "<img" not in html
     assert plan_html(WAYPOINTS.replace("50.1", "150.0"), FILE, 400.0) == ""

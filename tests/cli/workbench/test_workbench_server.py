@@ -29,6 +29,8 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     (place / "outside" / "report.html").write_text("secret")
     (folder / "mine.toml").write_text(PARKED)
     (folder / "link.toml").symlink_to(place / "outside.toml")
+    (folder / "scenarios").mkdir()
+    (folder / "scenarios" / "by_name.toml").symlink_to(place / "outside.toml")
     (folder / "study.toml").write_text('title = "no scenario"\n')
     (run / "report.html").write_text("<script>1</script>")
     (run / "scenario.toml").write_text(PARKED)
@@ -103,6 +105,8 @@ def test_the_page_asks_nobody_else(bench: Served) -> None:
 OUTSIDE = [
     "../outside.toml",
     "link.toml",
+    "by_name",
+    "scenarios/by_name.toml",
     "runs/../../outside.toml",
     "{place}/outside.toml",
     "a\0b",
