@@ -122,6 +122,14 @@ class Page:
         """Turn the wheel at a point of the window."""
         self._ask("Input.dispatchMouseEvent", type="mouseWheel", x=x, y=y, deltaX=0, deltaY=down)
 
+    def touch(self, *steps: tuple[tuple[float, float], ...]) -> None:
+        """Put fingers on points of the window, px, move them to those of each further step, and lift them."""
+        self._ask("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
+        for number, points in enumerate((*steps, ())):
+            kind = "touchStart" if not number else "touchMove" if points else "touchEnd"
+            fingers = [{"x": x, "y": y, "id": finger} for finger, (x, y) in enumerate(points)]
+            self._ask("Input.dispatchTouchEvent", type=kind, touchPoints=fingers)
+
     def key(self, *names: str, shift: bool = False) -> None:
         """Press keys one after another: "Tab", "ArrowLeft", "+" and so on."""
         for name in names:

@@ -21,7 +21,8 @@
     place.textContent = "";
     const view = {given, time, north: rest.slice(0, count), east: rest.slice(count), row: time.length - 1, chosen: -1, within: null};
     add(place, "p", "Choose the instant by the slider; click on a dot to see its run, or drag a rectangle around several. With the "
-      + "keys \u2190 \u2192 the drawing goes from run to run, from the least error to the largest."
+      + "keys \u2190 \u2192 the drawing goes from run to run, from the least error to the largest; R draws a rectangle, which the "
+      + "arrows move, and with Shift widen; Escape ends both."
       + (count < given.all ? ` The first ${count} of ${given.all} runs are here; the circles are those of all.` : ""), {class: "note"});
     const label = add(place, "label", "At "), slider = add(label, "input", "", {type: "range", min: 0, max: time.length - 1, step: 1});
     slider.value = view.row;
@@ -29,10 +30,10 @@
     view.words = add(place, "p", "", {"aria-live": "polite"});
     const pair = add(place, "div", "", {class: "pair"});
     view.plane = add(pair, "svg", "", {viewBox: `0 0 ${SIDE} ${SIDE}`, tabindex: 0, role: "group",
-      "aria-label": "Positions of the runs: arrow keys choose a run", class: "plane"});
+      "aria-label": "Positions of the runs: arrow keys choose a run, R draws a rectangle that they move and with Shift widen", class: "plane"});
     view.bars = add(pair, "svg", "", {viewBox: `0 0 ${SIDE} ${SIDE}`, role: "img", "aria-label": "Histogram of the horizontal errors"});
     curve(view, place);
-    slider.addEventListener("input", () => { view.row = Number(slider.value); show(view); });
+    slider.addEventListener("input", () => { [view.row, view.corners] = [Number(slider.value), null]; show(view); });
     gestures(view);
     show(view);
     live.eachRun = view;
@@ -96,8 +97,40 @@
       const [cx, cy] = view.place(k), inside = view.within?.has(k);
       add(plane, "circle", "", {cx, cy, r: k === view.chosen ? 6 : 3, class: k === view.chosen ? "dot chosen" : inside ? "dot within" : "dot"});
     }
+    if (view.corners) frame(view, add(plane, "rect", "", {class: "frame"}));
     histogram(view, there);
     tell(view, there);
+  }
+
+  // Draws the rectangle between two corners.
+  function frame({corners: [x, y, a, b]}, part) {
+    for (const [key, value] of Object.entries({x: Math.min(x, a), y: Math.min(y, b), width: Math.abs(a - x), height: Math.abs(b - y)}))
+      part.setAttribute(key, value);
+  }
+
+  // Takes the runs in the rectangle, or none without one.
+  function enclose(view, corners) {
+    const [x, y, a, b] = corners, between = (v, p, q) => (v - p) * (v - q) <= 0;
+    const runs = view.given.runs.map((_, k) => k).filter(k => known(view, k));
+    Object.assign(view, {corners, chosen: -1});
+    view.within = new Set(runs.filter(k => { const [p, q] = view.place(k); return between(p, x, a) && between(q, y, b); }));
+    show(view);
+    trace(view);
+  }
+
+  // The rectangle by keys: R begins it about the chosen run or the middle, the arrows move it, with Shift its far corner.
+  function byKeys(view, event) {
+    const [across, up] = {ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]}[event.key] ?? [0, 0];
+    if (event.key.toLowerCase() === "r") {
+      const [x, y] = view.chosen >= 0 ? view.place(view.chosen) : [SIDE / 2, SIDE / 2], half = SIDE / 8;
+      enclose(view, [x - half, y + half, x + half, y - half]);
+    } else if (view.corners && (across || up)) {
+      const [x, y, a, b] = view.corners, step = SIDE / 40;
+      const moved = [x + step * across, y + step * up, a + step * across, b + step * up];
+      enclose(view, event.shiftKey ? [x, y, ...moved.slice(2)] : moved);
+    } else return false;
+    event.preventDefault();
+    return true;
   }
 
   function histogram(view, there) {
@@ -141,7 +174,7 @@
   }
 
   function choose(view, k) {
-    [view.chosen, view.within] = [k, null];
+    [view.chosen, view.within, view.corners] = [k, null, null];
     show(view);
     trace(view);
   }
@@ -152,17 +185,15 @@
       const box = plane.getBoundingClientRect();
       return [(event.clientX - box.left) * SIDE / box.width, (event.clientY - box.top) * SIDE / box.height];
     };
-    let begin = null, frame = null;
+    let begin = null, part = null;
     plane.addEventListener("pointerdown", event => {
       begin = where(event);
-      frame = add(plane, "rect", "", {class: "frame"});
+      part = add(plane, "rect", "", {class: "frame"});
       plane.setPointerCapture(event.pointerId);
     });
     plane.addEventListener("pointermove", event => {
       if (!begin) return;
-      const [x, y] = where(event);
-      for (const [key, value] of Object.entries({x: Math.min(x, begin[0]), y: Math.min(y, begin[1]),
-        width: Math.abs(x - begin[0]), height: Math.abs(y - begin[1])})) frame.setAttribute(key, value);
+      frame({corners: [...begin, ...where(event)]}, part);
     });
     plane.addEventListener("pointerup", event => {
       if (!begin) return;
@@ -172,14 +203,10 @@
         const away = k => Math.hypot(...view.place(k).map((v, n) => v - last[n]));
         const near = runs.reduce((best, k) => away(k) < away(best) ? k : best, runs[0]);
         choose(view, away(near) < 15 ? near : -1);
-      } else {
-        const between = (v, n) => (v - first[n]) * (v - last[n]) <= 0;
-        [view.chosen, view.within] = [-1, new Set(runs.filter(k => view.place(k).every(between)))];
-        show(view);
-        trace(view);
-      }
+      } else enclose(view, [...first, ...last]);
     });
     plane.addEventListener("keydown", event => {
+      if (byKeys(view, event)) return;
       const step = {ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1}[event.key];
       if (event.key === "Escape") choose(view, -1);
       if (!step) return;

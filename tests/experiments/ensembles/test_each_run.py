@@ -95,3 +95,37 @@ def test_a_rectangle_has_the_statistics_of_its_runs(page: Page, result: Ensemble
     text = words(page).split("root mean square ")[1].split(",")[0]
     value = float(text.split()[0]) * {"m": 1.0, "cm": 0.01, "km": 1e3}[text.split()[1]]
     assert value == pytest.approx(root, rel=1e-3)
+
+
+def test_a_rectangle_by_keys(page: Page, result: EnsembleResult) -> None:
+    """R begins it a quarter of the drawing wide about the middle; ten steps of a fortieth move it by its width."""
+    page.value("document.querySelector('.plane').focus()")
+    page.key("r")
+    side, x0, y0, x1, y1 = page.value("[440, ...live.eachRun.corners]")
+    assert [x1 - x0, y0 - y1, x0 + x1, y0 + y1] == pytest.approx([side / 4, side / 4, side, side])
+    page.key(*["ArrowRight"] * 10)
+    assert page.value("live.eachRun.corners") == pytest.approx([x0 + side / 4, y0, x1 + side / 4, y1])
+    page.key(*["ArrowUp", "ArrowRight"] * 20, shift=True)
+    page.key(*["ArrowLeft"] * 5)
+    x, y, a, b = page.value("live.eachRun.corners")
+    places = np.array(page.value("live.eachRun.given.runs.map((_, k) => live.eachRun.place(k))"))
+    inside = (places[:, 0] >= x) & (places[:, 0] <= a) & (places[:, 1] <= y) & (places[:, 1] >= b)
+    assert page.value("[...live.eachRun.within]") == np.flatnonzero(inside).tolist()
+    assert 0 < inside.sum() < 20
+    assert words(page).startswith(f"{inside.sum()} of 20 runs: mean ")
+    page.key("Escape")
+    assert words(page) == "20 runs."
+    assert page.value("document.querySelector('.plane .frame')") is None
+
+
+def test_a_finger_chooses_a_run_and_draws_a_rectangle(page: Page, result: EnsembleResult) -> None:
+    page.touch((spot(page, 7),))
+    page.drawn()
+    assert f"seed {result.errors.seed[7]}" in words(page)
+    left, top, width, height = page.value(
+        "(b => [b.left, b.top, b.width, b.height])(document.querySelector('.plane').getBoundingClientRect())"
+    )
+    begin, end = (left + 0.5 * width, top + 2.0), (left + width - 2.0, top + height - 2.0)
+    page.touch((begin,), ((begin[0] + 20.0, begin[1] + 50.0),), (end,))
+    page.drawn()
+    assert page.value("[...live.eachRun.within]") == np.flatnonzero(errors(result)[:, -1, 1] > 0.0).tolist()

@@ -393,6 +393,17 @@ def test_a_scale_is_logarithmic_only_where_values_are_positive(browser: Page, tm
     assert sorted(found) == [["minus", False, False, -20.0], ["plus", True, True, 2.0]]
 
 
+def test_one_finger_moves_the_cursor_and_two_zoom(page: Page) -> None:
+    """Fingers at 20 and 40 min that move to 15 and 45 min: two thirds as much is seen."""
+    page.touch((place(page, 0.25),), (place(page, 0.3),), (place(page, 0.5),))
+    assert readings(page)[0] == pytest.approx(30.0, abs=0.2)
+    page.touch((place(page, 1 / 3), place(page, 2 / 3)), (place(page, 0.3), place(page, 0.7)),
+               (place(page, 0.25), place(page, 0.75)))  # fmt: skip
+    low, high = shown(page)[1]
+    assert (high - low, 0.5 * (high + low)) == pytest.approx((40.0, 30.0), abs=0.5)
+    assert page.problems == []
+
+
 def test_zoomed_in_there_are_more_rows_and_no_spike_is_lost(page: Page) -> None:
     drag(page, 0.55, 0.56)
     (low, high), _ = shown(page)

@@ -191,6 +191,19 @@ def test_the_cursor_has_its_place_and_its_ellipse_on_the_map_and_the_map_its_ins
     assert page.value("live.drawn[0].plot.cursor.left") < 0
 
 
+def test_two_fingers_zoom_the_map_and_one_moves_it(page: Page) -> None:
+    """Fingers 0.8 km apart about 2 km, 2 km that are then 1.6 km apart: half as much is seen."""
+    here = [on_map(page, *at) for at in ((1.6, 2.0), (2.4, 2.0), (1.2, 2.0), (2.8, 2.0))]
+    page.touch((here[0], here[1]), ((here[0][0] - 5.0, here[0][1]), (here[1][0] + 5.0, here[1][1])), (here[2], here[3]))
+    assert view(page) == pytest.approx([1.0, 3.0, 1.0, 3.0], abs=0.1)
+    west, _, south, _ = view(page)
+    begin, end = on_map(page, 1.5, 2.0), on_map(page, 2.0, 2.25)
+    page.touch((begin,), (((begin[0] + end[0]) / 2, (begin[1] + end[1]) / 2),), (end,))
+    moved = view(page)
+    assert (moved[0], moved[2]) == pytest.approx((west - 0.5, south - 0.25), abs=0.02)
+    assert page.problems == []
+
+
 def test_in_print_the_still_map_is_seen(page: Page) -> None:
     page.media("print")
     shown = "['.live_map > svg', '.zoomed'].map(e => getComputedStyle(document.querySelector(e)).display)"
