@@ -63,10 +63,16 @@ docs: $(READY)
 	@echo "Serving the site on this machine alone; Ctrl-C ends it."
 	@$(BIN)/python -m http.server --bind 127.0.0.1 --directory build/site 0
 
+# The reports that the site shows are written again when the program has changed (some minutes).
+REPORTS := build/reports/written
+$(REPORTS): $(KERNELS) docs/gallery.py
+	$(BIN)/python docs/gallery.py --reports
+	@touch $@
+
 # mkdocs and its theme have an environment of their own; a broken link or anchor is an error (with --quiet it is
 # not even seen).
 site: export NO_MKDOCS_2_WARNING = 1
-site: $(READY)
+site: $(REPORTS)
 	$(BIN)/python docs/scenario_reference.py
 	$(BIN)/python docs/questions.py
 	@test -x .venv-docs/bin/python || $(PYTHON) -m venv .venv-docs

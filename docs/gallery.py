@@ -1,18 +1,20 @@
 """Draw the pictures of docs/gallery.md from shipped scenarios: `python docs/gallery.py` writes docs/images/gallery.
 
-It flies some scenarios and takes about three minutes; flights that are kept are not flown again.
+It flies some scenarios and takes about three minutes; flights that are kept are not flown again. With --reports, it
+writes the reports that the site shows, to build/reports.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import sinssim
 
 FOLDER = Path(__file__).with_name("images") / "gallery"
+REPORTS_FOLDER = Path(__file__).parents[1] / "build" / "reports"
 
 
 def errors_of_a_flight() -> Any:
@@ -73,15 +75,46 @@ PICTURES: dict[str, Callable[[], Any]] = {
 """The pictures by the name of their file."""
 
 
+REPORTS: dict[str, Callable[[], Any]] = {
+    "first_flight": lambda: sinssim.run(sinssim.load_scenario("first_flight")),
+    "mems_uav": lambda: sinssim.run(sinssim.load_scenario("mems_uav")),
+    "rotating_unit": lambda: sinssim.run(sinssim.load_scenario("rotating_unit", ["imu.rate_hz=10"])),
+    "gravity_disturbance": lambda: sinssim.run(sinssim.load_scenario("gravity_disturbance")),
+    "spoofed_airliner": lambda: sinssim.run(sinssim.load_scenario("spoofed_airliner")),
+    "one_component": lambda: sinssim.run(sinssim.load_scenario("one_component")),
+    "ensemble": lambda: sinssim.ensemble(sinssim.load_scenario("first_flight", ["imu.rate_hz=10"]), runs=100),
+    "budget": lambda: sinssim.budget(sinssim.load_scenario("first_flight")),
+    "gyro_trade": lambda: sinssim.compare("gyro_trade"),
+}
+"""The results whose reports the site has, by the name of their file."""
+
+
+def write_reports(names: Sequence[str], folder: Path) -> None:
+    """Write some reports, all without names, and say their sizes."""
+    from sinssim.recording.page import page_of
+    from sinssim.system.outputs import write_text
+
+    for name in names or REPORTS:
+        page = folder / f"{name}.html"
+        write_text(page, page_of(REPORTS[name]().exhibits))
+        print(f"{page}: {page.stat().st_size / 1e6:.1f} MB", flush=True)
+
+
 def main() -> None:
-    """Draw the pictures."""
+    """Draw the pictures, or write the reports."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("names", nargs="*", choices=[*PICTURES, []], help="pictures to draw; all without")
-    parser.add_argument("-o", "--out", type=Path, default=FOLDER, help="folder to write")
+    choices = sorted({*PICTURES, *REPORTS})
+    parser.add_argument("names", nargs="*", choices=[*choices, []], help="pictures or reports to make; all without")
+    parser.add_argument("--reports", action="store_true", help="write the reports of the site instead")
+    parser.add_argument("-o", "--out", type=Path, help=f"folder to write (default: {FOLDER}, {REPORTS_FOLDER})")
     options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
+    folder = options.out or (REPORTS_FOLDER if options.reports else FOLDER)
+    folder.mkdir(parents=True, exist_ok=True)
+    if options.reports:
+        write_reports(options.names, folder)
+        return
     for name in options.names or PICTURES:
-        PICTURES[name]().savefig(options.out / f"{name}.png", dpi=80)
+        PICTURES[name]().savefig(folder / f"{name}.png", dpi=80)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Hooks of the site.
 
-They fill the marks of the pages that are partly generated, take in CONTRIBUTING.md, CHANGELOG.md and the pages of a
-scenario's tables, and list pages that mkdocs.yml does not name at the end of its how-to section.
+They fill the marks of the pages that are partly generated, take in CONTRIBUTING.md, CHANGELOG.md, the pages of a
+scenario's tables and live reports, and list pages that mkdocs.yml does not name at the end of its how-to section.
 """
 
 from __future__ import annotations
@@ -20,6 +20,26 @@ ABOVE = {"contributing.md": "CONTRIBUTING.md", "changelog.md": "CHANGELOG.md"}
 
 TABLES = ROOT / "build" / "scenario"
 """Folder of the generated pages of a scenario's tables."""
+
+REPORTS = ROOT / "build" / "reports"
+"""Folder of the reports that docs/gallery.py writes."""
+
+SHOWN = {
+    "first-steps.md": ("images/report.png", "first_flight"),
+    "ensembles.md": ("images/ensemble.png", "ensemble"),
+    "budgets.md": ("images/budget.png", "budget"),
+    "trades.md": ("images/gyro_trade.png", "gyro_trade"),
+    "in-the-loop.md": ("images/gallery/spoofed_airliner.png", "spoofed_airliner"),
+    "one-component.md": ("images/one_component.png", "one_component"),
+}
+"""By page: the picture in whose place the site shows a report."""
+
+OPENED = {
+    "gallery/errors_of_a_flight": "first_flight", "gallery/ensemble": "ensemble", "gallery/budget": "budget",
+    "gallery/aided_uav": "mems_uav", "gallery/gravity": "gravity_disturbance", "gallery/rotating_unit": "rotating_unit",
+    "gallery/spoofed_airliner": "spoofed_airliner", "gyro_trade": "gyro_trade", "figure_8_4": "one_component",
+}  # fmt: skip
+"""By picture of the gallery: the report that a click on it opens."""
 
 _FENCE_OF_A_FILE = re.compile(r"^```(\w+) +(\S+)$", re.MULTILINE)
 """A block of code with the path of its file, which the site shows as its title."""
@@ -164,7 +184,31 @@ def on_files(files: Any, *, config: Any, **_: Any) -> Any:
         files.append(File.generated(config, name, abs_src_path=str(ROOT / source)))
     for page in TABLES.glob("*.md"):
         files.append(File.generated(config, f"scenario/{page.name}", abs_src_path=str(page)))
+    for report in REPORTS.glob("*.html"):
+        files.append(File.generated(config, f"reports/{report.name}", abs_src_path=str(report)))
     return files
+
+
+def with_reports(markdown: str, name: str) -> str:
+    """Return a page with live reports in place of a picture, or behind those of the gallery, where they were written.
+
+    Args:
+        markdown: text of the page.
+        name: its file.
+    """
+    picture, report = SHOWN.get(name, ("", ""))
+    if (file := REPORTS / f"{report}.html").is_file():
+        frame = (
+            f'<iframe class="report" src="reports/{report}.html" title="Report of {report}" loading="lazy"></iframe>'
+            f"\n\n[The report alone](reports/{report}.html), {file.stat().st_size / 1e6:.1f} MB"
+        )
+        markdown = re.sub(rf"!\[[^\]]*\]\({re.escape(picture)}\)", lambda _: frame, markdown)
+    if name == "gallery.md":
+        for picture, report in OPENED.items():
+            if (file := REPORTS / f"{report}.html").is_file():
+                link = rf"[\1](reports/{report}.html)\n\nA click opens its report, {file.stat().st_size / 1e6:.1f} MB."
+                markdown = re.sub(rf"(!\[[^\]]*\]\(images/{re.escape(picture)}\.png\))", link, markdown)
+    return markdown
 
 
 def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
@@ -178,6 +222,7 @@ def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
         The text to render.
     """
     name = page.file.src_uri
+    markdown = with_reports(markdown, name)
     if name in MARKS:
         mark, contents = MARKS[name]
         markdown = markdown.replace(mark, contents())

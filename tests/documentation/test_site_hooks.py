@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from pathlib import Path
 
 import pytest
 
@@ -31,3 +32,25 @@ def test_table_of_public_logs() -> None:
     page = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
     right = sum("**wrong**" not in row for row in rows[2:])
     assert f"known for {right} of the {len(rows) - 2} logs" in page.replace("\n", " ")
+
+
+def test_pages_show_live_reports_in_place_of_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Six pages have a report in a frame, nine pictures of the gallery open one; without reports, nothing changes."""
+    texts = {name: (ROOT / "docs" / name).read_text(encoding="utf-8") for name in (*HOOKS.SHOWN, "gallery.md")}
+    monkeypatch.setattr(HOOKS, "REPORTS", tmp_path)
+    assert all(HOOKS.with_reports(text, name) == text for name, text in texts.items())
+    reports = script("gallery").REPORTS
+    assert {*HOOKS.OPENED.values(), *(report for _, report in HOOKS.SHOWN.values())} == set(reports)
+    for name in reports:
+        (tmp_path / f"{name}.html").write_text("x" * 1_250_000)
+    for name, (picture, report) in HOOKS.SHOWN.items():
+        page = HOOKS.with_reports(texts[name], name)
+        assert page.count(f'src="reports/{report}.html"') == 1, name
+        assert f"]({picture})" not in page
+        assert f"(reports/{report}.html), 1.2 MB" in page
+    gallery = HOOKS.with_reports(texts["gallery.md"], "gallery.md")
+    assert gallery.count("A click opens its report, 1.2 MB.") == len(HOOKS.OPENED) == 9
+    assert (
+        "[![Errors of perfect sensors over the Himalaya](images/gallery/gravity.png)](reports/gravity_disturbance.html)"
+        in gallery
+    )
