@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
@@ -20,7 +21,7 @@ from sinssim.scenario.schema import Scenario
 from sinssim.scenario.true_motion import true_motion
 from sinssim.simulation.path_errors import check_path
 from sinssim.statistics.requirement_verdict import Verdict, VerdictInUnit
-from sinssim.statistics.requirements import COMPONENTS, SHARES, Quantity
+from sinssim.statistics.requirements import COMPONENTS, SHARES, Quantity, quantity_of
 from sinssim.system.short_repr import short_repr
 from sinssim.truth.flight.flight import flight_key
 from sinssim.units import NAUTICAL_MILE
@@ -28,6 +29,32 @@ from sinssim.units import NAUTICAL_MILE
 if TYPE_CHECKING:
     from sinssim.analyses.error_budget.budget_result import BudgetResult
     from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+
+
+_INSTANTS = 40
+"""Most instants of a quantity that is the largest of the run, beside that at which it is so."""
+
+
+@dataclass(frozen=True)
+class SourceParts:
+    """A source in the budget of a cell.
+
+    Attributes:
+        name, label, group, unit, key: as of the source.
+        value: its size, in its unit; NaN if no number describes it or one run gives it.
+        random: whether it has a covariance instead of a mean.
+        parts: by the text of a quantity of the study, for each of its instants: of a circle the covariance of north,
+            north with east, and east, or the mean of north and east; of a component the variance, or the mean. SI.
+    """
+
+    name: str
+    label: str
+    group: str
+    unit: str
+    key: str
+    value: float
+    random: bool
+    parts: Mapping[str, Sequence[Sequence[float]]]
 
 
 @dataclass(frozen=True)
@@ -41,6 +68,8 @@ class CellNumbers:
         time: instants of the growth of the errors, s since the start.
         cep, r95: CEP and R95 at these instants, m.
         notes: remarks, whole sentences.
+        sources: of a budget, with their parts in the quantities that were asked for.
+        instants: times of these parts, s, by the text of a quantity.
     """
 
     values: dict[str, float]
@@ -49,6 +78,8 @@ class CellNumbers:
     cep: Array = field(default_factory=lambda: np.zeros(0))
     r95: Array = field(default_factory=lambda: np.zeros(0))
     notes: tuple[str, ...] = ()
+    sources: tuple[SourceParts, ...] = ()
+    instants: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
 
 @short_repr
@@ -247,7 +278,12 @@ def of_budget(study: TradeStudy, result: BudgetResult) -> CellNumbers:
     cep, r95 = result.cep, result.r95
     rms, sigma, bias = result.root_mean_square(), result.sigma(), result.bias
     values: dict[str, float] = {}
+    asked = {*map(quantity_of, study.requirements), *study.drawn}
+    rows: dict[Quantity, list[int]] = {}
     for quantity in study.quantities:
+        if quantity in asked:
+            course = r95 if quantity.quantity in SHARES else rms[:, COMPONENTS.index(quantity.quantity)]
+            rows[quantity] = _rows(result, quantity, course)
         if quantity.quantity in SHARES:
             radius = cep if quantity.quantity == "cep" else r95
             if quantity.quantity == "rate":
@@ -264,7 +300,43 @@ def of_budget(study: TradeStudy, result: BudgetResult) -> CellNumbers:
     if result.filter_covariance is not None:
         values["filter_r95_end_m"] = float(result.r95_of(result.filter_covariance[-1:], np.zeros((1, 9)))[0])
     verdicts = (Verdict.certain(quantity, *answer_of(result, quantity)).in_unit for quantity in study.requirements)
-    return CellNumbers(values, tuple(verdicts), result.time, cep, r95)
+    instants = {quantity.text: result.time[at].tolist() for quantity, at in rows.items()}
+    return CellNumbers(values, tuple(verdicts), result.time, cep, r95, (), parts_of(result, rows), instants)
+
+
+def _rows(result: BudgetResult, quantity: Quantity, course: Array) -> list[int]:
+    """Return the rows of a budget that a quantity needs.
+
+    Args:
+        course: the quantity at all rows, (E,).
+    """
+    if quantity.when != "run":
+        return [len(result.time) - 1 if quantity.when == "end" else result.row(quantity.time)]
+    spread = np.linspace(0, len(result.time) - 1, min(_INSTANTS, len(result.time))).round().astype(int)
+    return sorted({*spread.tolist(), int(np.nanargmax(course))})
+
+
+def parts_of(result: BudgetResult, rows: Mapping[Quantity, Sequence[int]]) -> tuple[SourceParts, ...]:
+    """Return the sources of a cell's budget, with their parts at the rows of each quantity."""
+    sources = []
+    for source in result.sources:
+        covariance, mean = result.covariance.get(source.name), result.mean.get(source.name)
+        mean = np.zeros((len(result.time), 9)) if mean is None else mean
+        parts = {}
+        for quantity, at in rows.items():
+            k = None if quantity.quantity in SHARES else COMPONENTS.index(quantity.quantity)
+            if covariance is not None:
+                of = covariance[at]
+                values = np.stack((of[:, 0, 0], of[:, 0, 1], of[:, 1, 1]), 1) if k is None else of[:, k, k, None]
+            else:
+                values = mean[at, :2] if k is None else mean[at, k, None]
+            parts[quantity.text] = values.tolist()
+        known = source.kind != "one run" and math.isfinite(source.value)
+        sources.append(
+            SourceParts(source.name, source.label, source.group.replace("_", " "), source.unit, source.key,
+                        source.value if known else math.nan, covariance is not None, parts)
+        )  # fmt: skip
+    return tuple(sources)
 
 
 def _budget_value(result: BudgetResult, quantity: Quantity, course: Array) -> float:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from sinssim import exhibits
 from sinssim.charts import TIME, Axis, Band, Bars, Cells, Chart, Charts, Color, Dots, Line, Mark, Remark, in_rows
 from sinssim.data import Array
-from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verbatim
+from sinssim.exhibits import Column, Exhibits, Interactive, Item, Section, Sentence, Table, Verbatim
 from sinssim.experiments.studies.trade_cells import Cell, CellNumbers, place_name
 from sinssim.experiments.studies.trade_result import (
     TradeResult,
@@ -35,6 +35,7 @@ from sinssim.experiments.studies.trade_result import (
     unit_for,
 )
 from sinssim.experiments.studies.trade_schema import Axis as GridAxis
+from sinssim.experiments.studies.trade_what_if import what_if
 from sinssim.formatting import capital, number_text
 from sinssim.recording import style
 from sinssim.recording.result import plain, software, versions, write_json, write_shown
@@ -378,6 +379,8 @@ def exhibits_of(result: TradeResult) -> Exhibits:
         *([Section("Requirements", sentences, on=_PAGE)] if judged else []),
         *_grids(result),
         Section("Trade-offs", [*left, *drawn], on=_PAGE),
+        *([Section("What if", [Interactive("trade_what_if", lambda: what_if(result))], on=("page",))]
+          if any(cell.numbers is not None and cell.numbers.sources for cell in result.cells) else []),
         Section("Cells", [item for when in (None, *instants(result)) for item in _cells(result, when)]),
         *(Sentence(line, on=("console",)) for line in judged),
         *([Section("Failed cells", [*map(Sentence, failure_lines(result))])] if result.failures else []),

@@ -25,7 +25,7 @@ from sinssim.experiments.ensembles.ensemble_directory import EnsembleDirectory
 from sinssim.experiments.ensembles.ensemble_plan import contents_of, truth_key
 from sinssim.experiments.ensembles.ensemble_run import Workers, stored_runs
 from sinssim.experiments.experiment_directory import Kind, Store, is_part, other_scenario, other_software, software
-from sinssim.experiments.studies.trade_cells import Cell, CellNumbers, cells_of, of_budget, of_ensemble
+from sinssim.experiments.studies.trade_cells import Cell, CellNumbers, SourceParts, cells_of, of_budget, of_ensemble
 from sinssim.experiments.studies.trade_exhibits import curves, exhibits_of, to_json, write_trade
 from sinssim.experiments.studies.trade_result import TradeResult
 from sinssim.experiments.studies.trade_schema import TradeStudy
@@ -121,7 +121,12 @@ def _numbers(contents: dict[str, Any]) -> CellNumbers:
     )
     values = {name: known(value) for name, value in contents["values"].items()}
     time, cep, r95 = (np.array([known(v) for v in contents[name]]) for name in ("time", "cep", "r95"))
-    return CellNumbers(values, verdicts, time, cep, r95, tuple(contents["notes"]))
+    sources = tuple(
+        SourceParts(**{**source, "value": known(source["value"])}) for source in contents.get("sources", ())
+    )
+    return CellNumbers(
+        values, verdicts, time, cep, r95, tuple(contents["notes"]), sources, contents.get("instants", {})
+    )
 
 
 Say = Callable[[str], None]

@@ -268,8 +268,10 @@ def with_scripts(body: Sequence[str]) -> list[str]:
     if '<figure class="live' not in whole:
         return list(body)
     more = [*(["live_map"] if "data-map=" in whole else []), *re.findall(r'<div class="(\w+)" data-live', whole)]
+    more += ["circles"] if _WITH_CIRCLES & set(more) else []  # whose name puts it before those that use it
     first = next(k for k, part in enumerate(body) if '<figure class="live' in part)
     hints = (_OF_CHARTS if "data-chart=" in whole else "") + (_OF_MAPS if "data-map=" in whole else "")
+    hints += _OF_ELLIPSES if "ellipses&quot;: [{" in whole else ""
     hint = f'<p class="note hint" hidden>{hints.strip()}</p>'
     return [*body[:first], hint, *body[first:], _scripts(tuple(sorted(set(more))))]
 
@@ -288,6 +290,9 @@ def policy(body: Iterable[str], *, asks: bool = False) -> str:
     return f"default-src 'none';{allowed} style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
 
 
+_WITH_CIRCLES = {"trade_what_if", "what_if"}
+"""Scripts that need those of the circles."""
+
 _OF_CHARTS = (
     "Drag across a curve to zoom in; a double click shows all again. Move over a curve to read its values; click on a "
     "name to hide its curve, and on a mark above to see what follows it; <em>log</em> changes the scale. A chart that "
@@ -296,9 +301,10 @@ _OF_CHARTS = (
     "<kbd>Esc</kbd> shows all."
 )
 _OF_MAPS = (
-    " So does a map, which dragging and the arrows move; the cursor has its place there, with the ellipse of 95 % by a "
-    "filter, and <em>3-D</em> copies the command that shows this instant in the viewer."
+    " So does a map, which dragging and the arrows move; the cursor has its place there, and <em>3-D</em> copies the "
+    "command that shows this instant in the viewer."
 )
+_OF_ELLIPSES = " The ellipse about that place contains 95 % of the positions that the filter expects."
 
 
 @cache

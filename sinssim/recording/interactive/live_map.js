@@ -158,7 +158,7 @@
   // The command that opens the run beside the page in the viewer at the last instant of the cursor.
   async function command(map, button) {
     const folder = decodeURIComponent(location.pathname).replace(/\/[^/]*$/, "").replaceAll("'", "'\\''");
-    await live.copyText(`sinssim view '${folder}' --time ${Number((map.last ?? map.track.time[0]).toPrecision(7))}`);
+    await live.copyText(`sinssim view ${location.protocol === "file:" ? `'${folder}'` : "RUN"} --time ${Number((map.last ?? map.track.time[0]).toPrecision(7))}`);
     button.textContent = "copied";
     setTimeout(() => { button.textContent = "3-D"; }, 1500);
   }

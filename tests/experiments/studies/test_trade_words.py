@@ -105,6 +105,7 @@ def test_numbers_come_back_in_their_places() -> None:
         "verdicts": [{"requirement": "r95 <= 1 m", "verdict": "not met", "value": 2.5, "limit": 1.5, "unit": "km",
                       "time_s": 30.0, "more_runs": None, "exceeded_from_s": 12.0, "after_fixes_end_s": 4.0}],
         "time": [3.0, 4.0], "cep": [5.0, 6.0], "r95": [7.0, 8.0], "notes": ["One.", "Two."],
+        "sources": [], "instants": {},
     }  # fmt: skip
     found = _numbers(json.loads(json.dumps(contents)))
     assert (found.values, found.verdicts, found.notes) == (numbers.values, numbers.verdicts, numbers.notes)
