@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 
-from sinssim.truth.flight.jsbsim_model import trimmed_envelope
+from sinssim.truth.aircraft_design.trimmed_envelope import trimmed_envelope
 
 
 def _row(values: Sequence[float]) -> str:

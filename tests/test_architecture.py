@@ -39,7 +39,7 @@ LAYERS = [
 HOMES = {
     "rerun": {"recording.rerun", "experiments.run.run_scores", "*_recording"},
     "rerun_cli": {"recording.rerun"},
-    "jsbsim": {"truth.flight"},
+    "jsbsim": {"truth.flight", "truth.aircraft_design"},
     "filterpy": {"estimation"},
     "typer": {"cli"},
     "tomllib": {"toml_file", "scenario.load"},

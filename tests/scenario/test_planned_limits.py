@@ -16,10 +16,11 @@ from sinssim.scenario import planned_limits
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.planned_limits import check_limits, findings
 from sinssim.scenario.schema import Scenario
-from sinssim.truth.flight import jsbsim_model
+from sinssim.truth.aircraft_design import trimmed_envelope as envelope_module
+from sinssim.truth.aircraft_design.trimmed_envelope import trimmed_envelope
 from sinssim.truth.flight.aircraft import ceiling, climb_rate, descent_rate, load_aircraft, speed_range
 from sinssim.truth.flight.flight_plan import planned_path
-from sinssim.truth.flight.jsbsim_model import quiet, trimmed_envelope
+from sinssim.truth.flight.jsbsim_model import quiet
 from sinssim.truth.motions.parked_and_great_circle import GreatCircleFlight
 
 
@@ -167,7 +168,7 @@ def test_the_table_is_that_of_the_model(
 @pytest.mark.slow
 def test_a_trim_that_spoils_the_model_spoils_no_other() -> None:
     """Level flight at 120 kt and 1500 m leaves the Cessna's propeller without a speed (NaN), and its tanks empty."""
-    with quiet(), jsbsim_model._Model("c172x", 30.0) as model:
+    with quiet(), envelope_module.TrimmedModel("c172x", 30.0) as model:
         assert not model.flies(1500.0, 120.0, 0.0)
         assert model.flies(1500.0, 60.0, 0.0)
 

@@ -38,12 +38,20 @@ class _RemoteError(Exception):
         return f"in the process that flew\n\n{self.args[0]}"
 
 
-class _Other:
+class OtherProcess:
     """The other process, which flies; it ends with this object."""
 
-    def __init__(self, flight: FlightPlan, function: str) -> None:
-        self._aircraft = flight.aircraft
-        program = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import {function}; {function}()"
+    def __init__(self, aircraft: str, function: str, module: str = __name__, patience: float | None = None) -> None:
+        """Start a process.
+
+        Args:
+            aircraft: name of what it flies, for messages.
+            function: name of the function that it calls, which answers by `served`.
+            module: where the function is.
+            patience: time to an answer after which the process is ended, s; None: it may take any time.
+        """
+        self._aircraft, self._patience = aircraft, patience
+        program = f"import sys; sys.path[:] = {sys.path!r}; from {module} import {function}; {function}()"
         # In its own process group: Ctrl-C reaches only this process, which then ends the other.
         self._process = subprocess.Popen(
             [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, process_group=0
@@ -67,32 +75,62 @@ class _Other:
                 with contextlib.suppress(subprocess.TimeoutExpired):
                     process.wait(_PATIENCE)
 
-    def send(self, message: Any) -> None:
+    def send(self, content: Any) -> None:
         """Send a message; it is lost if the process has ended, which then gives no answer."""
         pipe = self._process.stdin
         assert pipe is not None
         with contextlib.suppress(BrokenPipeError):
-            content = pickle.dumps(message)
-            pipe.write(len(content).to_bytes(_HEAD) + content)
+            packed = pickle.dumps(content)
+            pipe.write(len(packed).to_bytes(_HEAD) + packed)
             pipe.flush()  # left open: it closes when this process ends, and the other then ends, too
 
     def answer(self, progress: Callable[[float], None] | None = None) -> Any:
         """Return the next answer, or raise the error that the other process has raised."""
         assert self._process.stdout is not None
-        for kind, value in _answers(self._process.stdout):
+        answers, late = _answers(self._process.stdout), threading.Event()
+        nothing: tuple[str, Any] = ("ended", None)
+        while True:
+            with self._watched(late):
+                kind, value = next(answers, nothing)
             if kind == "flown":
                 return value
             if kind == "error":
                 error, where = value
                 raise error from _RemoteError(where)
+            if kind == "ended":
+                break
             if progress is not None:
                 progress(value)
         code = self._process.wait()
+        if late.is_set():
+            raise RunError(
+                f"the process that flew the {self._aircraft} gave no answer for {self._patience:g} s and was ended: "
+                "its flight dynamics model is the likely cause."
+            )
         raise RunError(
             f"the process that flew the {self._aircraft} ended with "
             f"{signal.Signals(-code).name if code < 0 else f'exit code {code}'} without an answer: its flight dynamics "
             "model is the likely cause; its own output is above."
         )
+
+    @contextlib.contextmanager
+    def _watched(self, late: threading.Event) -> Iterator[None]:
+        """End the process if its next answer takes longer than the patience."""
+        if self._patience is None:
+            yield
+            return
+
+        def end() -> None:
+            late.set()
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self._process.pid, signal.SIGKILL)
+
+        timer = threading.Timer(self._patience, end)
+        timer.start()
+        try:
+            yield
+        finally:
+            timer.cancel()
 
 
 def fly_apart(
@@ -103,7 +141,7 @@ def fly_apart(
     errors: SolutionErrors | None = None,
 ) -> FlightLog:
     """Fly a flight plan in a separate process; return the flight, bit for bit the same as in this process."""
-    with _Other(flight, "_serve") as other:
+    with OtherProcess(flight.aircraft, "_serve") as other:
         other.send((flight, seed, errors))
         if meanwhile is not None:
             meanwhile()
@@ -118,7 +156,7 @@ class SectionedFlight:
 
     def __init__(self, flight: FlightPlan, seed: int, errors: SolutionErrors, *, once: bool = False) -> None:
         """Bring the aircraft to the start of a plan; `errors` are those at the start. What is flown `once` is kept."""
-        self._other = _Other(flight, "_serve_once" if once else "_serve_sections")
+        self._other = OtherProcess(flight.aircraft, "_serve_once" if once else "_serve_sections")
         self._other.send((flight, seed, errors))
 
     def __enter__(self) -> Self:
@@ -157,23 +195,23 @@ def _answers(pipe: IO[bytes]) -> Iterator[tuple[str, Any]]:
 
 def _serve() -> None:
     """Fly the plan from standard input, answer on standard output, and end with the parent process."""
-    with _served() as answer:
-        flight, seed, errors = _message()
-        threading.Thread(target=_end_with_the_other, daemon=True).start()
+    with served() as answer:
+        flight, seed, errors = message()
+        threading.Thread(target=end_with_the_other, daemon=True).start()
         answer("flown", fly_plan(flight, seed, lambda fraction: answer("fraction", fraction), errors))
 
 
 def _serve_sections() -> None:
     """Fly the plan from standard input in sections; it ends with the parent process at the end of a section."""
-    with _served() as answer:
-        flight, seed, errors = _message()
+    with served() as answer:
+        flight, seed, errors = message()
         fly_plan(flight, seed, errors=errors, pause=_Sections(answer).pause)
 
 
 def _serve_once() -> None:
     """Fly the plan from standard input, and wait for a message at the end of each section."""
-    with _served() as answer:
-        flight, seed, errors = _message()
+    with served() as answer:
+        flight, seed, errors = message()
         begun = False
 
         def pause(record: FlightRecord, over: bool) -> tuple[float, SolutionErrors] | None:
@@ -181,7 +219,7 @@ def _serve_once() -> None:
             if begun:
                 answer("flown", (record, over))
             begun = True
-            return None if over else _message()
+            return None if over else message()
 
         fly_plan(flight, seed, errors=errors, pause=pause)
 
@@ -196,16 +234,16 @@ class _Sections:
         """Wait at the end of a section; return, in a new process, until when and with which errors to fly on."""
         if self._is_trial:
             self._answer("flown", (record, over))
-            if not _message():
+            if not message():
                 os._exit(_DROPPED)
         while not over:
-            message = _message()
+            order = message()
             signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])
             child = os.fork()
             if child == 0:
                 signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGTERM])
                 self._is_trial = True
-                return message  # type: ignore[no-any-return]
+                return order  # type: ignore[no-any-return]
             code = _ended(child)
             if code < 0:  # a signal ended it
                 signal.signal(-code, signal.SIG_DFL)
@@ -235,7 +273,7 @@ _HEAD = 8
 """Bytes before a message that say its length."""
 
 
-def _message() -> Any:
+def message() -> Any:
     """Return the next message, without reading on: what follows may be for another process."""
     return pickle.loads(_bytes(int.from_bytes(_bytes(_HEAD))))
 
@@ -252,7 +290,7 @@ def _bytes(count: int) -> bytes:
 
 
 @contextlib.contextmanager
-def _served() -> Iterator[Callable[[str, Any], None]]:
+def served() -> Iterator[Callable[[str, Any], None]]:
     """Give the function that answers, report what is raised, and end this process."""
 
     def stop(number: int, frame: Any) -> None:
@@ -287,7 +325,7 @@ def _let_clean_up() -> None:
     signal.signal(signal.SIGTERM, lambda number, frame: None)
 
 
-def _end_with_the_other() -> None:
+def end_with_the_other() -> None:
     """Wait until the parent process has ended, then ask this one to end, so that it cleans up."""
     with contextlib.suppress(OSError):
         os.read(0, 1)

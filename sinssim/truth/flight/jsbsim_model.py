@@ -1,32 +1,25 @@
-"""The aircraft in JSBSim: its model, the start on the runway or in the air, engines, limits, and what it can do.
-
-`trimmed_envelope` computes the numbers of [envelope] in an aircraft.toml by JSBSim's trim. A point of height and
-airspeed is trimmed straight ahead at angles of climb γ. The steepest γ that can be trimmed is that of full throttle,
-the steepest descent that of idle. The vertical speed of that flight is V sin γ at a constant true airspeed; at a
-constant calibrated airspeed V grows with height, and it is V sin γ/(1 + V/g dV/dh).
-"""
+"""The aircraft in JSBSim: its model, the start on the runway or in the air, engines, limits."""
 
 from __future__ import annotations
 
 import math
 import shutil
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from math import pi, tan
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 from xml.etree import ElementTree
 
 from sinssim.content import find_content
 from sinssim.errors import InputError
-from sinssim.system.outputs import Draft
 from sinssim.system.user_file import user_file
-from sinssim.truth.flight.aircraft import Aircraft, Envelope, load_aircraft
+from sinssim.truth.flight.aircraft import Aircraft, load_aircraft
 from sinssim.truth.flight.atmosphere import Air, WindVector
 from sinssim.truth.flight.autopilot import HEADING, AircraftState, Autopilot, G
 from sinssim.truth.flight.flight_plan import AirStart, FlightPlan, RunwayStart
 from sinssim.truth.flight.leg import LegBase, LegError
-from sinssim.units import DEG, FOOT, KNOT
+from sinssim.units import DEG, FOOT
 
 STEP = 1.0 / 120.0
 """JSBSim's step [s]."""
@@ -373,117 +366,3 @@ class Monitor:
                     f"{radius / 1e3:.1f} km",
                     "a path farther from the pole, a waypoint beyond the pole, or [great_circle]",
                 )
-
-
-_G = 9.80665
-_ROUNDS = 9  # bisections: 30° to 0.06°
-_ABOVE_GROUND = 3000.0  # so that no wheel touches [m]
-_SLOWEST, _FASTEST = 0.7, 1.4  # speeds up to which the ends of level flight are looked for, over those given
-
-
-def trimmed_envelope(aircraft: str, heights: list[float], speeds: list[float], steepest_deg: float = 30.0) -> Envelope:
-    """Compute the envelope of an aircraft from its model at increasing heights above sea level, m, and airspeeds, kt. A
-    rate at a speed that cannot be trimmed is that of the nearest speed. The steepest climb and descent are looked for
-    up to an angle."""
-    with quiet(), _Model(aircraft, steepest_deg) as model:
-        slowest = [model.end_of_level_flight(height, speeds, slow=True) for height in heights]
-        fastest = [model.end_of_level_flight(height, speeds, slow=False) for height in heights]
-        climbs = [[model.steepest(height, speed, 1.0) for speed in speeds] for height in heights]
-        descents = [[model.steepest(height, speed, -1.0) for speed in speeds] for height in heights]
-    return Envelope(
-        height_m=tuple(heights),
-        min_kt=tuple(slowest),
-        max_kt=tuple(fastest),
-        airspeed_kt=tuple(speeds),
-        climb_mps=_filled(climbs, heights),
-        descent_mps=_filled(descents, heights),
-    )
-
-
-def _filled(rows: list[list[float | None]], heights: list[float]) -> tuple[tuple[float, ...], ...]:
-    """Fill in the values that could not be trimmed by the nearest ones of the same height."""
-    filled = []
-    for height, row in zip(heights, rows, strict=True):
-        known = [place for place, value in enumerate(row) if value is not None]
-        if not known:
-            raise InputError(f"the aircraft cannot be trimmed at {height:g} m: give lower heights.")
-        nearest = [min(known, key=lambda other, place=place: abs(other - place)) for place in range(len(row))]  # type: ignore[misc]
-        filled.append(tuple(round(row[place] or 0.0, 2) for place in nearest))
-    return tuple(filled)
-
-
-class _Model:
-    """A model that is trimmed at points; it is loaded anew after a trim that spoiled it."""
-
-    def __init__(self, name: str, steepest_deg: float) -> None:
-        self._name, self._steepest = name, steepest_deg
-        self._aircraft = load_aircraft(name)
-        performance = self._aircraft.performance
-        self._gear, self._stall = 0.0 if performance.retractable_gear else 1.0, performance.stall_alpha_deg
-        self._folders = ExitStack()
-
-    def __enter__(self) -> Self:
-        self._load()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._folders.close()
-
-    def _load(self) -> None:
-        self._folders.close()
-        folder = str(self._folders.enter_context(Draft()).path)
-        self._executive = loaded_model(self._name, self._aircraft, folder)
-        widen_trim(self._executive, self._stall)
-        self._executive.run_ic()  # computes the fuel
-        self._fuel = self._executive["propulsion/total-fuel-lbs"]
-
-    def flies(self, height: float, speed_kt: float, angle_deg: float) -> bool:
-        """Return whether steady flight at an angle of climb can be trimmed without stall."""
-        import jsbsim
-
-        e = self._executive
-        e["gear/gear-cmd-norm"] = e["gear/gear-pos-norm"] = self._gear
-        e["ic/lat-geod-deg"], e["ic/long-gc-deg"], e["ic/psi-true-deg"] = 45.0, 0.0, 0.0
-        e["ic/terrain-elevation-ft"] = (height - _ABOVE_GROUND) / FOOT
-        e["ic/h-sl-ft"], e["ic/vc-kts"], e["ic/gamma-deg"] = height / FOOT, speed_kt, angle_deg
-        try:
-            e.run_ic()
-            e["propulsion/set-running"] = -1
-            e["simulation/do_simple_trim"] = 1
-            trimmed = bool(e["aero/alpha-deg"] < self._stall)
-        except jsbsim.BaseError:
-            trimmed = False
-        # A failed trim may leave a propeller without a speed (NaN) or empty tanks, and every later trim fails with it.
-        thrust = e["propulsion/engine[0]/thrust-lbs"]
-        if not (math.isfinite(thrust) and e["propulsion/total-fuel-lbs"] == self._fuel):
-            self._load()
-            return False
-        return trimmed
-
-    def steepest(self, height: float, speed_kt: float, sign: float) -> float | None:
-        """Return the largest vertical speed up (sign 1) or down (−1), m/s, positive in that direction.
-
-        None if no flight at this height and speed can be trimmed.
-        """
-        known = next((a for a in (0.0, -3.0, -6.0, -10.0, -16.0, 5.0) if self.flies(height, speed_kt, a)), None)
-        if known is None:
-            return None
-        inside, outside = known, sign * self._steepest
-        for _ in range(_ROUNDS):
-            middle = 0.5 * (inside + outside)
-            inside, outside = (middle, outside) if self.flies(height, speed_kt, middle) else (inside, middle)
-        air = Air()
-        speed = air.true_airspeed(speed_kt * KNOT, height)
-        growth = (air.true_airspeed(speed_kt * KNOT, height + 50.0) - speed) / 50.0
-        return sign * speed * math.sin(inside * DEG) / (1.0 + speed / _G * growth)
-
-    def end_of_level_flight(self, height: float, speeds: list[float], *, slow: bool) -> float:
-        """Return the slowest or the fastest level flight, kt; 0 if there is none at the height."""
-        flown = [speed for speed in speeds if self.flies(height, speed, 0.0)]
-        if not flown:
-            return 0.0
-        inside, outside = (min(flown), _SLOWEST * speeds[0]) if slow else (max(flown), _FASTEST * speeds[-1])
-        for _ in range(_ROUNDS + 2):
-            middle = 0.5 * (inside + outside)
-            inside, outside = (middle, outside) if self.flies(height, middle, 0.0) else (inside, middle)
-        return round(inside, 1)

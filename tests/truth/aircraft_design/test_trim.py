@@ -9,7 +9,7 @@ from typing import Any, Self
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.truth.flight import jsbsim_model
+from sinssim.truth.aircraft_design import trimmed_envelope
 from sinssim.truth.flight.atmosphere import Air
 
 
@@ -25,7 +25,7 @@ class Executive(dict[str, float]):
 
 
 def model(flies: Callable[[float, float, float], bool] | None = None) -> Any:
-    made = object.__new__(jsbsim_model._Model)
+    made = object.__new__(trimmed_envelope.TrimmedModel)
     made._steepest, made._stall, made._gear, made._fuel = 30.0, 16.0, 1.0, 500.0
     if flies is not None:
         made.flies = flies  # type: ignore[method-assign]
@@ -114,13 +114,13 @@ def test_the_table_has_heights_in_rows_and_fills_what_cannot_be_trimmed(monkeypa
         def steepest(self, height: float, speed: float, sign: float) -> float | None:
             return None if speed in (10.0, 30.0, 40.0) else (height / 1000.0 + speed) * (1.0 if sign > 0 else 2.0)
 
-    monkeypatch.setattr(jsbsim_model, "_Model", Known)
-    found = jsbsim_model.trimmed_envelope("kite", [500.0, 1500.0], [10.0, 20.0, 30.0, 40.0, 50.0], 20.0)
+    monkeypatch.setattr(trimmed_envelope, "TrimmedModel", Known)
+    found = trimmed_envelope.trimmed_envelope("kite", [500.0, 1500.0], [10.0, 20.0, 30.0, 40.0, 50.0], 20.0)
     assert found.height_m == (500.0, 1500.0)
     assert found.airspeed_kt == (10.0, 20.0, 30.0, 40.0, 50.0)
     assert (found.min_kt, found.max_kt) == ((10.5, 11.5), (50.5, 51.5))
     assert found.climb_mps == ((20.5, 20.5, 20.5, 50.5, 50.5), (21.5, 21.5, 21.5, 51.5, 51.5))
     assert found.descent_mps == ((41.0, 41.0, 41.0, 101.0, 101.0), (43.0, 43.0, 43.0, 103.0, 103.0))
-    assert jsbsim_model._filled([[1.23456, None]], [3.0]) == ((1.23, 1.23),)
+    assert trimmed_envelope._filled([[1.23456, None]], [3.0]) == ((1.23, 1.23),)
     with pytest.raises(InputError, match=r"cannot be trimmed at 1500 m: give lower heights\."):
-        jsbsim_model._filled([[1.0], [None]], [500.0, 1500.0])
+        trimmed_envelope._filled([[1.0], [None]], [500.0, 1500.0])

@@ -1,0 +1,98 @@
+"""The process that designs an aircraft: a model that hangs, crashes or writes to the terminal harms nothing else."""
+
+from __future__ import annotations
+
+import threading
+import time
+from pathlib import Path
+
+from sinssim.errors import InputError, RunError
+from sinssim.truth.aircraft_design.acceptance_flight import LegErrors, fly_acceptance
+from sinssim.truth.aircraft_design.aircraft_design import (
+    LONGEST,
+    DesignedAircraft,
+    RefusedError,
+    Report,
+    design_aircraft,
+)
+from sinssim.truth.flight.aircraft import load_aircraft
+from sinssim.truth.flight.flight_process import OtherProcess, message, served
+
+_PATIENCE = 240.0  # without a word [s]: the longest step is an envelope of trims
+
+
+def design_apart(model: str, folder: Path | None, report: Report) -> DesignedAircraft:
+    """Design an aircraft in a separate process.
+
+    Args:
+        model: name of the flight dynamics model.
+        folder: where it is; None: JSBSim's package.
+        report: called with the present work and the fraction done.
+
+    Raises:
+        RefusedError: the model cannot be flown: why.
+    """
+    end = time.monotonic() + LONGEST
+
+    def hear(progress: tuple[str, float]) -> None:
+        if time.monotonic() > end:
+            raise RefusedError(
+                f"the model {model} cannot be flown: its design takes longer than {LONGEST / 60.0:g} minutes."
+            )
+        report(*progress)
+
+    with OtherProcess(model, "serve_design", __name__, _PATIENCE) as other:
+        other.send((model, folder))
+        try:
+            found: DesignedAircraft = other.answer(hear)  # type: ignore[arg-type]
+        except RunError as error:
+            raise RefusedError(f"the model {model} cannot be flown: {error}") from error
+    return found
+
+
+def serve_design() -> None:
+    """Design the aircraft of standard input, and answer on standard output."""
+    with served() as answer:
+        model, folder = message()
+        _silence()
+        answer("flown", design_aircraft(model, folder, lambda *progress: answer("fraction", progress)))
+
+
+def acceptance_apart(name: str) -> tuple[float, tuple[LegErrors, ...]]:
+    """Fly the acceptance flights of an aircraft in a separate process; return their height, m, and the errors.
+
+    Raises:
+        InputError: a leg cannot be flown.
+    """
+    load_aircraft(name)
+    with OtherProcess(name, "serve_acceptance", __name__, _PATIENCE) as other:
+        other.send(name)
+        try:
+            found: tuple[float, tuple[LegErrors, ...]] = other.answer()
+        except RunError as error:
+            raise InputError(f"the aircraft {name} cannot be flown: {error}") from error
+    return found
+
+
+def serve_acceptance() -> None:
+    """Fly the aircraft of standard input, and answer on standard output."""
+    with served() as answer:
+        name = message()
+        _silence()
+        aircraft = load_aircraft(name)
+        envelope = aircraft.envelope
+        top = 3000.0 if envelope is None else envelope.height_m[-1]
+        height = min(3000.0, 0.4 * top)
+        answer("flown", (height, fly_acceptance(name, aircraft.performance, height)))
+
+
+def _silence() -> None:
+    """Let what a model prints beside JSBSim's log be lost; end with the parent process."""
+    import os
+
+    from sinssim.truth.flight.flight_process import end_with_the_other
+
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.dup2(nowhere, 2)
+    threading.Thread(target=end_with_the_other, daemon=True).start()

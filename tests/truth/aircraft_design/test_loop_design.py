@@ -1,0 +1,196 @@
+"""Gains for an aircraft whose dynamics are known in closed form; what a margin means for the flight."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sinssim.errors import InputError
+from sinssim.truth.aircraft_design.acceptance_flight import fly_acceptance
+from sinssim.truth.aircraft_design.aircraft_design import design_points
+from sinssim.truth.aircraft_design.aircraft_file import aircraft_text
+from sinssim.truth.aircraft_design.linear_model import Margins, Trim, margins
+from sinssim.truth.aircraft_design.loop_design import (
+    LEAST_DB,
+    LEAST_DEG,
+    DesignPoint,
+    LoopDesign,
+    LoopMargins,
+    design_loops,
+    loop_margins,
+)
+from sinssim.truth.flight.aircraft import AutopilotGains, load_aircraft
+from sinssim.truth.flight.autopilot import INTERVAL
+from tests.truth.aircraft_design.test_linear_model import model_of
+
+KNOT = 1852.0 / 3600.0
+ROLL_LAG, ROLL_RATE, LIFT_LAG = 0.4, 1.6, 0.9  # s, rad/s by full aileron, s
+G = 9.80665
+
+
+def kite(speed_kt: float, *, side: float = 1.0, plain: bool = True) -> DesignPoint:
+    """Return an aircraft without coupling at 200 kt, whose responses grow with the square of the airspeed.
+
+    Roll: p' = (K a − p)/τ. Yaw: β' = −r − 0.1 β, r' = 4 β − 1.2 r − 3 δr.
+    Pitch: α' = q − α/T, q' = −6 α − 1.5 q − 8 δe.
+    """
+    v = speed_kt * KNOT
+    grown = (speed_kt / 200.0) ** 2 if plain else 1.0
+    trim = Trim(0.04, 0.5, 0.0, v, v, 0.04)
+    a = np.zeros((4, 4))  # p, phi, r, beta
+    a[0, 0], a[1, 0] = -1.0 / ROLL_LAG, 1.0
+    a[2, 2], a[2, 3], a[3, 2], a[3, 3], a[3, 1] = -1.2, 4.0, -1.0, -0.1, G / v
+    b = np.array([[side * ROLL_RATE / ROLL_LAG * grown, 0.0], [0.0, 0.0], [0.0, -3.0 * grown], [0.0, 0.0]])
+    lateral = model_of(a, b, np.eye(4), ("aileron", "rudder"), ("p", "phi", "r", "beta"))
+    a = np.zeros((5, 5))  # q, theta, alpha, climb, cas
+    a[0, 0], a[0, 2], a[1, 0], a[2, 0], a[2, 2], a[3, 2] = -1.5, -6.0, 1.0, 1.0, -1.0 / LIFT_LAG, v / LIFT_LAG
+    b = np.array([[-8.0 * grown, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 2.0]])
+    vertical = model_of(a, b, np.eye(5), ("elevator", "throttle"), ("q", "theta", "alpha", "climb", "cas"))
+    return DesignPoint(trim, 1000.0, lateral, vertical)
+
+
+@cache
+def designed() -> LoopDesign:
+    return design_loops([kite(200.0), kite(150.0), kite(280.0)], 10.0)
+
+
+def test_constants_of_the_airframe_are_those_of_its_equations() -> None:
+    found = designed()
+    # half a hold turns the phase on by 33 mrad at the 2 rad/s of the fit
+    fitted = math.tan(math.atan(2.0 * ROLL_LAG) + INTERVAL) / 2.0
+    assert found.roll_lag == pytest.approx(fitted, rel=1e-3)
+    assert found.lift_lag == pytest.approx(LIFT_LAG, rel=1e-3)
+    assert found.thrust == pytest.approx(2.0, rel=1e-6)
+    k = found.gains
+    assert k.reference_kt == 200.0
+    assert k.airspeed_scheduled
+    assert k.lift_time_s == pytest.approx(LIFT_LAG, rel=2e-3)
+    assert k.climb_throttle == pytest.approx(G / 2.0, rel=2e-3)
+    # poles of V' = 2 u with integral control: ω² = 2 k_i, 2 ζ ω = 2 k_p
+    natural = math.sqrt(2.0 * k.speed_integral)
+    assert natural == pytest.approx(math.sqrt(0.003 * 2.0), rel=2e-3)
+    assert k.speed_gain == pytest.approx(0.9 * natural, rel=3e-3)
+    assert k.roll_rate_max_deg_s == pytest.approx(math.degrees(ROLL_RATE) / 5.0, rel=0.03)
+    assert k.height_rate == pytest.approx(k.path_gain / 4.0, rel=5e-3)
+    assert k.heading_time_s == pytest.approx(4.5 / k.bank_rate, rel=5e-3)
+
+
+def test_a_control_system_that_commands_rates_is_not_scheduled() -> None:
+    points = [kite(200.0, plain=False), kite(150.0, plain=False), kite(280.0, plain=False)]
+    assert not design_loops(points, 10.0).gains.airspeed_scheduled
+
+
+def test_every_trim_has_the_margins_and_the_gain_is_the_largest() -> None:
+    found = designed()
+    assert len(found.margins) == 9
+    for loop in ("pitch", "roll", "yaw"):
+        least = found.least(loop)
+        assert least.gain_db >= LEAST_DB - 0.2  # of gains of three digits
+        assert least.phase_deg >= LEAST_DEG - 0.5
+    k = found.gains
+    larger = k.model_copy(update={"pitch_gain": 1.25 * k.pitch_gain, "pitch_integral": 1.25 * k.pitch_integral})
+    more = loop_margins([kite(200.0), kite(150.0), kite(280.0)], larger)
+    limits = [one.margins for one in more if one.loop == "pitch"]
+    assert any(m.gain_db < LEAST_DB or m.phase_deg < LEAST_DEG or m.crossover > 8.0 for m in limits)
+
+
+def test_the_loop_of_the_roll_is_that_of_its_equations() -> None:
+    """L = (k_p + k_i/s)(1 + k_b/s) K/(1 + τ s) e^(−s T), T = half a hold; the sum of the integral leads by that."""
+    k = designed().gains
+    s = 1j * np.geomspace(0.05, 20.0, 2000)
+    summed = k.roll_integral / s * np.exp(0.5 * INTERVAL * s)
+    loop = (k.roll_gain + summed) * (1.0 + k.bank_gain / s) * ROLL_RATE / (1.0 + ROLL_LAG * s)
+    known = margins(loop * np.exp(-0.5 * INTERVAL * s), s.imag)
+    found = next(one.margins for one in designed().margins if one.loop == "roll")
+    assert found.crossover == pytest.approx(known.crossover, rel=0.01)
+    assert found.phase_deg == pytest.approx(known.phase_deg, abs=3.0)
+
+
+def pitch_rate(k: AutopilotGains, factor: float) -> np.ndarray:
+    """Return the pitch rate of the kite after a pulse, its loop closed by the equations of the autopilot."""
+    model, state, integral = kite(200.0).vertical, np.array([0.1, 0.0, 0.0, 0.0, 0.0]), 0.0
+    rates = []
+    for _ in range(900):
+        q = state[0]
+        integral += factor * k.pitch_integral * q * INTERVAL
+        state = model.a @ state + model.b[:, 0] * (integral + factor * k.pitch_gain * q)
+        rates.append(q)
+    return np.abs(np.array(rates))
+
+
+def test_the_gain_margin_is_where_the_loop_begins_to_oscillate() -> None:
+    k = designed().gains
+    point = next(one for one in designed().margins if one.loop == "pitch")
+    factor = 10.0 ** (point.margins.gain_db / 20.0)
+    below, above = pitch_rate(k, 0.9 * factor), pitch_rate(k, 1.1 * factor)
+    assert below[-90:].max() < 0.01 * below.max()
+    assert above[-90:].max() > 10.0 * above[:90].max()
+
+
+@pytest.mark.parametrize(
+    ("points", "words"),
+    [
+        (lambda: [kite(200.0, side=-1.0)], "a positive aileron does not roll the aircraft to the right"),
+        (lambda: [unstable()], "no gain of the elevator leaves margins of 8 dB and 50° at 200 kt"),
+    ],
+)
+def test_what_cannot_be_flown(points: Callable[[], list[DesignPoint]], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        design_loops(points(), 10.0)
+
+
+def unstable() -> DesignPoint:
+    """Return the kite with an elevator the wrong way round: no gain that is not negative holds it."""
+    point = kite(200.0)
+    model = model_of(np.diag([2.0, 0.0, 0.0, 0.0, 0.0]), [[8.0, 0.0]] + [[0.0, 0.0]] * 4, np.eye(5), *names(point))
+    return DesignPoint(point.trim, point.height, point.lateral, model)
+
+
+def names(point: DesignPoint) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    return point.vertical.inputs, point.vertical.outputs
+
+
+def test_the_least_margins_of_a_loop() -> None:
+    design = LoopDesign(
+        designed().gains,
+        (
+            LoopMargins("roll", 0.0, 90.0, Margins(12.0, 61.0, 2.0)),
+            LoopMargins("roll", 0.0, 70.0, Margins(9.0, 70.0, 3.0)),
+            LoopMargins("yaw", 0.0, 90.0, Margins(1.0, 1.0, 9.0)),
+        ), 0.4, 0.9, 0.1, 2.0,
+    )  # fmt: skip
+    assert design.least("roll") == Margins(9.0, 61.0, 3.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "height"), [("737", 3000.0), ("c172x", 1500.0), ("f16", 3000.0)])
+def test_the_shipped_aircraft_redesigned_fly_as_well(name: str, height: float, tmp_path: Path) -> None:
+    """Errors of a hold within a metre, a knot and 0.1° of those by the shipped gains, and of turns within a metre; the
+    margins that a flight shows: twice the gain of the elevator is flown, too."""
+    shipped = load_aircraft(name)
+    cruise, envelope = shipped.performance.cruise_kt, shipped.envelope
+    assert envelope is not None
+    points = design_points(name, height, cruise, 1.1 * envelope.min_kt[2], envelope.max_kt[2], lambda *_: None)
+    climb = max(shipped.performance.climb_mps, shipped.performance.descent_mps)
+    gains = design_loops(points, climb).gains
+    before = fly_acceptance(name, shipped.performance, height)
+    for factor in (1.0, 2.0):
+        louder = {key: factor * getattr(gains, key) for key in ("pitch_gain", "pitch_integral")}
+        folder = tmp_path / f"{name}{factor:g}"
+        folder.mkdir()
+        changed = shipped.model_copy(update={"autopilot": gains.model_copy(update=louder)})
+        (folder / "aircraft.toml").write_text(aircraft_text(changed))
+        after = fly_acceptance(str(folder), shipped.performance, height)
+        assert not [words for one in after if (words := one.excess())]
+        for old, new in zip(before, after, strict=True) if factor == 1.0 else ():
+            if old.kind == "hold":
+                assert new.height_m < old.height_m + 1.0
+                assert new.airspeed_kt < old.airspeed_kt + 1.0
+                assert new.heading_deg < old.heading_deg + 0.1
+            elif old.kind == "turn":
+                assert new.height_m < old.height_m + 1.0
