@@ -161,7 +161,11 @@ class _Design:
 
     def _envelope(self, height: float, slow: float, fast: float, steepest: float) -> None:
         """Measure the envelope on a grid as fine as the time allows."""
-        self._report("measuring the envelope", 0.45)
+
+        def report(part: float) -> None:
+            self._report("measuring the envelope", 0.45 + 0.3 * part)
+
+        report(0.0)
         with TrimmedModel(str(self._folder), _STEEPEST) as model:
             middle, top = math.sqrt(slow * fast), height
             while top < _HIGHEST and any(model.flies(top + 1500.0, speed, 0.0) for speed in (middle, slow)):
@@ -171,7 +175,7 @@ class _Design:
         rows = int(max(3, min(1 + top // 1500.0, points / columns, 7)))
         heights = [_rounded(top * row / (rows - 1), 5) for row in range(rows)]
         speeds = [_rounded(slow + (fast - slow) * column / (columns - 1)) for column in range(columns)]
-        self._change(envelope=quick_envelope(str(self._folder), heights, speeds, steepest))
+        self._change(envelope=quick_envelope(str(self._folder), heights, speeds, steepest, report))
 
     def _performance(self, height: float) -> Performance:
         """Return usual speeds, rates and limits by the envelope: shares of the largest that leave room for control."""
