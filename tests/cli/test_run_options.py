@@ -139,7 +139,8 @@ def test_route_of_the_transverse_frame() -> None:
         (
             100.0,
             {"rates_hz": [100.0, 50.0, 10.0], "algorithms": ["quaternion", "rotation-vector-2"]},
-            "sample by sample, but rotation-vector-2 by several",
+            "sample by sample, but rotation-vector-2 by several at once; use quaternion, poisson, euler or one of "
+            "their variants, or rotation-vector-1p.",
         ),
         (
             100.0,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,7 +10,9 @@ import pytest
 import typer
 
 from sinssim.cli import main
-from sinssim.cli.app import sentence
+from sinssim.cli.app import _warnings_as_lines, sentence
+from sinssim.cli.options import GIVEN
+from sinssim.errors import SinssimWarning
 
 
 @pytest.mark.parametrize(
@@ -51,3 +54,22 @@ def test_nothing_at_all_prints_the_help(capsys) -> None:
     with pytest.raises(SystemExit):
         main([])
     assert "Usage: sinssim" in "".join(capsys.readouterr())
+
+
+def test_every_similar_option_is_named() -> None:
+    context = SimpleNamespace(command_path="sinssim run")
+    error = SimpleNamespace(message="No such option: --re.", possibilities=["--rest", "--read"], ctx=context)
+    assert sentence(error) == "No such option: --re. Did you mean --rest or --read? See `sinssim run --help`."
+
+
+def test_a_warning_is_printed_once(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Warnings of the program once each, none with --quiet; those of others as usual."""
+    monkeypatch.setitem(GIVEN, "quiet", False)
+    with warnings.catch_warnings(), _warnings_as_lines():
+        for text in ("one", "one", "two"):
+            warnings.warn(SinssimWarning(text), stacklevel=1)
+    assert capsys.readouterr().err == "WARNING: one\nWARNING: two\n"
+    monkeypatch.setitem(GIVEN, "quiet", True)
+    with warnings.catch_warnings(), _warnings_as_lines():
+        warnings.warn(SinssimWarning("three"), stacklevel=1)
+    assert capsys.readouterr().err == ""

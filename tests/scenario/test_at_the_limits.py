@@ -36,6 +36,8 @@ LIMITS: list[tuple[type[BaseModel], dict[str, Any], str, Any, Any, str]] = [
     (LaserGyros, RING, "area_mm2", 12_732.0, 12_733.0, r"encloses at most 1\.273e\+04 mm² \(a circle\)"),
     # 2π · 400 Hz · 150″ = 376 991 ″/s, deg/h
     (LaserGyros, RING, "lock_in_deg_h", 376_980.0, 377_000.0, r"the dither reaches only 3\.77e\+05 deg/h"),
+    (LaserGyros, RING, "lock_in_deg_h", 376_980.0, 400_000.0,
+     r"only 3\.77e\+05 deg/h, which is within lock_in_deg_h = 400000; increase dither_amplitude_arcsec or"),
     (Imu, {"rate_hz": 40.0}, "accel_delay_ms", -25.0, -25.1, "can be at most 25"),
     (Imu, {"rate_hz": 40.0}, "faults", [{"type": "jitter", "from_s": 0.0, "sigma_ms": 2.5}],
      [{"type": "jitter", "from_s": 0.0, "sigma_ms": 2.6}], "it can be at most 2.5, a tenth of the interval"),

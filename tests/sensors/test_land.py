@@ -40,7 +40,7 @@ def test_codes_of_quality() -> None:
     found = with_quality(fixes, [1, 2, 1, 5], {1: 1.0, 2: 10.0, 5: None}, least=(0.02, 0.02, 0.03))
     np.testing.assert_array_equal(found.time, [0.0, 1.0, 2.0])
     np.testing.assert_array_equal(found.sigma, [[0.02, 0.02, 0.03], [0.1, 0.1, 0.1], [0.02, 0.02, 0.03]])
-    with pytest.raises(InputError, match="the code 7 has no factor"):
-        with_quality(fixes, [1, 2, 1, 7])
+    with pytest.raises(InputError, match=r"the code 7 has no factor; there are factors for \[1, 2, 3, 4, 5, 6\]\."):
+        with_quality(fixes, [1, 9, 8, 7])
     with pytest.raises(InputError, match="4 fixes need one code each"):
         with_quality(fixes, [1, 2])

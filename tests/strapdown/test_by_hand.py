@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 from sinssim import NavState, rotation
 from sinssim.earth import OMEGA_IE, surface_gravity
 from sinssim.earth.ellipsoids import WGS84
-from sinssim.errors import RunError
-from sinssim.strapdown.gimballed_platform import _check, inertial_forces, navigate_platform
+from sinssim.errors import InputError, RunError
+from sinssim.strapdown.gimballed_platform import Forces, _check, _checked, inertial_forces, navigate_platform
 from sinssim.strapdown.navigation_error import NavError, navigation_error
 from sinssim.strapdown.platform_theory import START, STATES, AlignmentLoops, ErrorsByCause, errors_by_cause
 from tests.oracles.s_turn import STurn
@@ -172,3 +172,14 @@ def test_what_is_said_of_a_platform_that_cannot_point_north_or_diverged() -> Non
     velocity[2, 1] = np.nan
     with pytest.raises(RunError, match=r"the velocity of the platform's navigation diverged .* at t = 7\.00 s\."):
         _check("wander", zeros, time, latitude, zeros, zeros, velocity, q)
+
+
+def test_forces_of_a_platform_that_are_no_numbers() -> None:
+    time, q = np.array([5.0, 5.5, 6.0, 6.5]), np.tile([1.0, 0.0, 0.0, 0.0], (4, 1))
+    push = np.zeros((3, 3))
+    np.testing.assert_array_equal(_checked(time, Forces(push, q)), time)
+    push[1, 2] = np.nan
+    with pytest.raises(InputError, match=r"^the specific force in the interval from t = 5\.500000 s is not a finite"):
+        _checked(time, Forces(push, q))
+    with pytest.raises(InputError, match=r"N ≥ 1; got \(4,\), \(3, 4\) and \(3, 3\)\.$"):
+        _checked(time, Forces(push, q[1:]))

@@ -19,7 +19,7 @@ from sinssim.analyses.error_budget.error_sources import (
     SensorProcess,
     Source,
 )
-from sinssim.analyses.error_budget.share_propagation import Walk
+from sinssim.analyses.error_budget.share_propagation import Propagation, RunningProcess, Walk
 from sinssim.analyses.error_budget.source_shares import Snapshot, StepEffects
 from sinssim.data import Array, Measurements
 from sinssim.estimation.linearisation import Observed
@@ -231,3 +231,15 @@ def test_a_correction_is_the_conditional_covariance(interval: float) -> None:
     assert given[0][1] is observed
     assert given[0][2] is H_TRUE
     assert given[0][3] is data
+
+
+def test_a_process_that_begins_again_is_independent_of_the_core() -> None:
+    """Only that of the name; the covariance of before, which others may keep, stays."""
+    shares = SimpleNamespace(sensitivity=np.zeros((2, 1)))
+    process: Any = None
+    one, other = (RunningProcess(name, process, np.ones(1), 0, np.arange(1.0, 10.0).reshape(3, 3)) for name in "ab")
+    before = one.covariance
+    shares.processes = [one, other]
+    Propagation.reset(shares, "a")  # type: ignore[arg-type]
+    assert one.covariance.tolist() == [[1.0, 2.0, 0.0], [4.0, 5.0, 0.0], [0.0, 0.0, 0.0]]
+    assert other.covariance.tolist() == before.tolist() == np.arange(1.0, 10.0).reshape(3, 3).tolist()

@@ -151,6 +151,7 @@ def test_readings_in_other_columns_signs_and_units() -> None:
     found = reread(matrix)
     assert found == Reread((1, 2, 0), (-1, 1, 1), 0.5)
     assert reread(np.array([[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 1.0]])) is None
+    assert reread(matrix + 1e-6) is None  # an angle between axes is no other column
     # 0.5 · 1 rad/s is no unit; as increments over 0.02 s the stated numbers are 50 times as large
     assert found.unit("gyro", "rates", "rad/s", 0.02) is None
     assert Reread((0, 1, 2), (1, 1, 1), 50.0).unit("gyro", "rates", "rad/s", 0.02) == ("increments", "rad")

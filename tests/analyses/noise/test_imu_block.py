@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from sinssim.analyses.noise.noise_exhibits import block_text, imu_block
+from sinssim.analyses.noise.noise_exhibits import _grade, block_text, imu_block
 from sinssim.analyses.noise.noise_report import noise_report
 from sinssim.cli.app import main
 from sinssim.errors import InputError
+from sinssim.sensors.imu.grades import GRADE_TABLE
 from sinssim.sensors.imu.imu import Imu
 from tests.analyses.noise.test_report import T, increments, write
 from tests.oracles import noise
@@ -88,3 +90,16 @@ def test_the_unit_of_a_scenario_with_a_log(capsys: pytest.CaptureFixture[str]) -
             noise_report(DRIVE, **options)
     with pytest.raises(InputError, match="without \\[log\\]"):
         noise_report(Path(__file__).parents[3] / "scenarios" / "parked.toml")
+
+
+def test_the_nearest_grade_is_that_of_the_root_mean_square() -> None:
+    """Axes of which one is ten times as noisy as the others: the mean square is 34 times theirs; without gyros the
+    accelerometers tell."""
+    walks = {name: (grade.gyro.random_walk, grade.accel.random_walk) for name, grade in GRADE_TABLE.items()}
+    for name, (gyro, accel) in walks.items():
+        for triad, walk in (("gyro", gyro), ("accel", accel)):
+            if walk > 0.0:
+                sizes = np.array([1.0, 1.0, 10.0]) * walk / np.sqrt(34.0)
+                axes = [SimpleNamespace(fit=SimpleNamespace(likely={"N": size})) for size in sizes]
+                found = _grade({triad: axes})  # type: ignore[dict-item]
+                assert walks[found][triad == "accel"] == walk, name

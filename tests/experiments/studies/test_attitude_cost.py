@@ -10,6 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim.algorithms import REGISTRY
+from sinssim.data import ImuData
 from sinssim.experiments.studies import attitude_cost, step_cost
 from sinssim.experiments.studies.attitude_cost import _loop, attitude_costs, count_attitude
 from sinssim.strapdown.coning_sculling import weight_table
@@ -103,3 +104,16 @@ def test_b_alone_from_many_attitudes(monkeypatch: pytest.MonkeyPatch) -> None:
     exact = Rotation.from_euler("ZYX", angles[:, ::-1]).as_matrix().reshape(-1, 9)
     np.testing.assert_allclose(first, exact, rtol=0.0, atol=2e-15)
     np.testing.assert_allclose(second, exact, rtol=0.0, atol=2e-15)
+
+
+def test_the_time_of_an_attitude_is_that_of_a_sample(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 2 µs for 10 samples, which an algorithm of two samples takes in five steps."""
+    imu, steps = ImuData(np.arange(11.0), np.zeros((10, 3)), np.zeros((10, 3))), list[int]()
+    monkeypatch.setattr(attitude_cost, "timed_data", lambda: (imu, None))
+    monkeypatch.setattr(attitude_cost, "_loop", lambda *given: lambda count, matrices: steps.append(count))
+    monkeypatch.setattr(attitude_cost, "_arguments", lambda *given: ())
+    monkeypatch.setattr(attitude_cost, "least_time", lambda call: call() or 2000.0)
+    monkeypatch.setattr(attitude_cost, "count_attitude", lambda *given: ("of all", "of B"))
+    cost = attitude_cost._cost("rotation-vector-2", False)
+    assert (cost.algorithm, cost.by_functions, steps) == ("rotation-vector-2", False, [5])
+    assert list(vars(cost).values())[2:] == [200.0, "of all", "of B"]

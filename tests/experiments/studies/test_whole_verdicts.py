@@ -12,6 +12,7 @@ from sinssim.experiments.studies.claims import SENSORS_UG, attitude_rate, veloci
 from sinssim.experiments.studies.position_claims import (
     EARLY,
     SCHULER_PERIOD,
+    _outcome,
     accelerometer_term,
     computer_errors,
     fitted_power,
@@ -329,3 +330,14 @@ def test_series_of_gravity_in_numbers() -> None:
     assert found.points[1].text.endswith("of gravity; omitted term 1.1e-05")
     assert "heights up to 12 km" in found.reason
     assert found.expected == "at most 1e-5, 1e-4, 1e-2 of g"
+
+
+def test_a_term_and_what_is_measured_of_it() -> None:
+    """Within a thousandth it is confirmed; the last one is shown."""
+    figures = {1.0: (2.001, 2.0), 10.0: (20.03, 20.0)}
+    found = _outcome({"small": 1.0, "large": 10.0}, figures.__getitem__, "′", "2Δa/g", "A reason:")
+    assert texts(found.points) == [("small: 2.0010′, 2.0000′", "confirmed"), ("large: 20.030′, 20.000′", "refuted")]
+    assert found.numbers == {"small, measured": 2.001, "small, 2Δa/g": 2.0, "large, measured": 20.03,
+                             "large, 2Δa/g": 20.0}  # fmt: skip
+    assert (found.verdict, found.reason) == ("partly", "A reason:")
+    assert (found.measured, found.expected) == ("20.03′ for large", "2Δa/g = 20.00′")

@@ -168,6 +168,15 @@ def test_android(tmp_path: Path) -> None:
     )
 
 
+def test_a_line_of_android_that_was_cut_short(tmp_path: Path) -> None:
+    """The sixteenth line has three of seven fields."""
+    path = tmp_path / "gnss.txt"
+    path.write_text(ANDROID + "UncalAccel,1751990402250,9002250")
+    assert read_file(path).notes[0] == (
+        "gnss.txt, line 15: the last row was cut short (3 of 7 fields) and is left out."
+    )
+
+
 def test_android_fixes_without_the_phones_time(tmp_path: Path) -> None:
     """The offset between the clocks is then that of the sensors: UTC minus the time since the start."""
     path = tmp_path / "gnss.txt"

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sinssim.logs.formats.nmea_ubx import recognises_ubx
 from sinssim.logs.formats.novatel import SCALES
 from sinssim.logs.formats.registry import read_file
 from tests.logs.formats.samples import nmea_sentence, novatel_crc
@@ -356,3 +357,12 @@ def test_the_log_that_counts_if_there_are_several(tmp_path: Path) -> None:
         assert heights == [*([names[fixes] + 0.5] if fixes else []), names[solution] + 0.5 - undulation]
         for name in (fixes, solution):
             logs.pop(name, None)
+
+
+def test_a_frame_after_a_false_beginning(tmp_path: Path) -> None:
+    """Bytes that look like the beginning of a frame, and other text, come before one that is whole."""
+    frame, path = _ubx(0x07, bytes(8)), tmp_path / "x"
+    assert recognises_ubx(path, b"$GN\xb5\x62\x01\x07\x00\x00" + frame)
+    assert recognises_ubx(path, b"\xb5\x62 cut")
+    assert not recognises_ubx(path, b"$GN" + frame[:-1])
+    assert not recognises_ubx(path, b"$GN" + frame[:-1] + b"\xff\xff")

@@ -22,7 +22,7 @@ from PIL import Image
 
 from sinssim.charts import TIME, Axis, Band, Bars, Chart, Charts, Dots, Limit, Line, Remark, Rule, Shares, over
 from sinssim.exhibits import Exhibits, Sentence
-from sinssim.recording.interactive.live_chart import can_live
+from sinssim.recording.interactive.live_chart import can_live, policy
 from sinssim.recording.page import page_of
 from sinssim.recording.svg_chart import html_of
 from sinssim.units import DEG, LENGTH_SCALE, fixed
@@ -170,6 +170,9 @@ def test_which_charts_can_be_zoomed() -> None:
     assert can_live(chart(line))
     assert not can_live(chart(line, equal=True))
     assert not can_live(chart(Line(x=time[::-1], y=time)))
+    assert not can_live(chart(line, y=Axis(names=("a", "b"))))
+    assert not can_live(chart(line, Dots(x=time, y=time, error=time)))
+    assert not can_live(chart(line, Dots(x=time, y=time, color=["x", "y"])))
     assert not can_live(chart(Dots(x=time, y=time)))
     assert not can_live(chart(line, Bars(places=time, values=time)))
     assert not can_live(Chart(key="k", x=Axis(label="rate", units=fixed("Hz")), y=Axis(), marks=(line,)))
@@ -188,7 +191,9 @@ def test_only_a_page_with_curves_has_scripts_and_words_cannot_end_them() -> None
     assert re.findall(r"\.src\b.{9}", script) == [".src = `data:"]
     assert re.findall(r"https?://[^\"' ]+", script) == ["https://github.com/leeoniya/uPlot"]
     digest = base64.b64encode(hashlib.sha256(script[8 : script.index("</script>")].encode()).digest()).decode()
-    assert f"default-src 'none'; script-src 'sha256-{digest}'" in text
+    rest = "style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
+    assert f"default-src 'none'; script-src 'sha256-{digest}'; {rest}" in text
+    assert policy(["<p>"]) == f"default-src 'none'; {rest}"
 
 
 BAD = '</script><img src=x onerror="window.hit = 1"><b onmouseover=hit()>'

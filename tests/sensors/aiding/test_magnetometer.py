@@ -10,6 +10,7 @@ from scipy.stats import chi2
 
 from sinssim.data import NavState
 from sinssim.errors import InputError
+from sinssim.sensors.aiding import magnetometer
 from sinssim.sensors.aiding.magnetometer import Magnetometer
 from sinssim.sensors.aiding_sensor import AidingReadings, Vehicle
 
@@ -82,6 +83,23 @@ def test_compass_is_refused_near_a_magnetic_pole() -> None:
         InputError, match=r"aiding\.magnetometer\.declination = \"wmm\": .* nT at latitude 86\.0°.* Below 2000 nT no"
     ):
         sense((86.0, 140.0), declination="wmm")
+
+
+def test_where_a_compass_cannot_be_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 5, 1.5 and 1.7 µT level at three places, the weakest is told; the field points 100 µT down."""
+    field = 1e-6 * np.array([[3.0, 4.0, 100.0], [0.9, -1.2, 100.0], [1.7, 0.0, 100.0]])
+    monkeypatch.setattr(magnetometer, "field_along", lambda *given: field)
+    place = np.radians([[10.0, 20.0], [71.25, -130.5], [72.0, -131.0]])
+    states = [NavState(*place[rows].T, np.zeros(len(rows)), None, None) for rows in ([0], [1, 2])]  # type: ignore[arg-type]
+    compass = Magnetometer(declination="start", date=2026.0)
+    with pytest.raises(InputError) as error:
+        compass._change_deg(*states)
+    assert str(error.value) == (
+        'aiding.magnetometer.declination = "start": the horizontal magnetic field falls to 1500 nT at latitude 71.2°, '
+        "longitude -130.5°. Below 2000 nT no compass can be used: remove [aiding.magnetometer], or choose another route."
+    )
+    field[1:, :2] = 3e-6 * np.array([[0.0, 1.0], [-1.0, 0.0]])
+    np.testing.assert_allclose(compass._change_deg(*states), np.array([90.0, 180.0]) - np.degrees(np.arctan2(4.0, 3.0)))
 
 
 @pytest.mark.parametrize(

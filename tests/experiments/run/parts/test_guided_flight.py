@@ -25,6 +25,7 @@ from sinssim.experiments.run.parts.guided_flight import (
     _missed_words,
     _sizes,
 )
+from sinssim.experiments.run.parts.phases import Phase
 from sinssim.simulation.path_errors import Miss, PathErrors, Piece
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.truth.flight.flight_plan import FlightPlan
@@ -280,6 +281,16 @@ def test_the_entry_of_the_path() -> None:
     assert (entry["source"], entry["solutions"]) == ("mine", {})
     assert entry["flight"]["fte_along_max_m"] == 11120.0
     assert entry["corridors"] == [{"leg": "3 hold", "rnp": 0.3, "judged_s": 2.0, "within": 0.5, "exceeded_s": 13.0}]
+
+
+def test_the_errors_by_phase(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A row on the edge of two phases belongs to the later one."""
+    phases = [Phase("climb", 10.0, 12.0), Phase("cruise", 12.0, 13.0)]
+    monkeypatch.setattr(guided_flight, "phases_of", lambda events: phases)
+    entry = of_flight([9.0, 9.0, 3.0, -4.0]).numbers()
+    assert [(phase["phase"], phase["tse_across_max_m"], phase["nse_along_max_m"]) for phase in entry["phases"]] == [
+        ("climb", 9.0, 90.0), ("cruise", 3.0, 30.0),
+    ]  # fmt: skip
 
 
 def test_the_corridors_over_time() -> None:
