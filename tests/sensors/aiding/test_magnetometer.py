@@ -96,7 +96,8 @@ def test_where_a_compass_cannot_be_used(monkeypatch: pytest.MonkeyPatch) -> None
         compass._change_deg(*states)
     assert str(error.value) == (
         'aiding.magnetometer.declination = "start": the horizontal magnetic field falls to 1500 nT at latitude 71.2°, '
-        "longitude -130.5°. Below 2000 nT no compass can be used: remove [aiding.magnetometer], or choose another route."
+        "longitude -130.5°. Below 2000 nT no compass can be used: remove [aiding.magnetometer], or choose another "
+        "route."
     )
     field[1:, :2] = 3e-6 * np.array([[0.0, 1.0], [-1.0, 0.0]])
     np.testing.assert_allclose(compass._change_deg(*states), np.array([90.0, 180.0]) - np.degrees(np.arctan2(4.0, 3.0)))
