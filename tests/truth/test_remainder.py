@@ -44,17 +44,15 @@ def test_what_is_between_the_knots_has_the_variance_of_the_process() -> None:
 
 
 def test_slopes_at_the_knots_have_the_variance_of_the_process() -> None:
-    """σ β for the second order. Of 60 draws with about 25 independent values and three components each, the standard
-    deviation has a relative 1σ of 1 %, some 2 % with their correlation; the seeds are fixed."""
+    """σ β for the second order. Of 15 draws with some 25 independent values and three components each, the standard
+    deviation has a relative 1σ of 2 %, some 3 % with their correlation; the seeds are fixed."""
     model = RemainderModel(2, (2.0, 3.0, 0.5), 10e3)
-    slopes = np.stack([Remainder(model, 400e3, seed).slopes for seed in range(60)]) / (
-        np.array(model.sigma) * model.beta
-    )
-    assert np.sqrt(np.mean(slopes**2)) == pytest.approx(1.0, rel=0.05)
+    slopes = np.stack([Remainder(model, 400e3, seed).slopes for seed in range(15)])
+    assert np.sqrt(np.mean((slopes / model.sigma / model.beta) ** 2)) == pytest.approx(1.0, rel=0.1)
     one = Remainder(model, 400e3, 1)
     knots = one.spacing * np.arange(3.0, 20.0)
     difference = (one.at(knots + 0.1) - one.at(knots - 0.1)) / 0.2
-    np.testing.assert_allclose(difference, one.slopes[3:20], rtol=1e-3, atol=1e-9)
+    np.testing.assert_allclose(difference, one.slopes[3:20], rtol=1e-3, atol=1e-7)
 
 
 def test_sizes_beyond_a_degree_are_those_of_tscherning_and_rapp() -> None:
