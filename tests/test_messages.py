@@ -1,0 +1,198 @@
+"""Messages to the last word: what was wrong, where, and what would be right, each written by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sinssim.alignment.alignment_budget import best_headings
+from sinssim.alignment.determination import determine
+from sinssim.analyses.alignment_session import _check_is_scenario
+from sinssim.analyses.noise.noise_report import Samples, _of_scenario, chosen_channels, part
+from sinssim.cli.commands.analyses import _check_out
+from sinssim.data import ImuData, Measurements
+from sinssim.errors import InputError
+from sinssim.experiments.experiment_directory import Kind, read_manifest
+from sinssim.experiments.run.paced_stream import pace_of, place_of
+from sinssim.experiments.studies.position_claims import gyro_free
+from sinssim.experiments.studies.study_results import Evidence
+from sinssim.experiments.study import FORM, load_study, sweep
+from sinssim.logs.recorded_log import _check_scale
+from sinssim.logs.track_preparation import track_format
+from sinssim.sensors.aiding.gnss import with_quality
+from sinssim.simulation.foreign_navigator import VARIABLE, check_permission, check_programs
+from sinssim.system.extensions import _kind_of, items_of
+from sinssim.system.outputs import MARK, check_directory, check_place
+from sinssim.truth.curve import checked_knots
+from sinssim.truth.flight.jsbsim_model import _changed_model
+from sinssim.truth.motions.parked_and_great_circle import GreatCircle
+from sinssim.truth.motions.vibration import Mount
+
+NONE: Any = None
+FIXES = Measurements("gnss-position", np.zeros(2), np.zeros(2), np.ones((2, 3)), np.ones((2, 3)))
+KNOTS = np.arange(9.0), np.outer(np.arange(9.0), [7e6, 1.0, 1.0]), np.tile([1.0, 0.0, 0.0, 0.0], (9, 1))
+
+
+def knots(column: int, row: int, value: float) -> Any:
+    """Check a curve's knots of which one number is another."""
+    changed = [part.copy() for part in KNOTS]
+    changed[column][row] = value
+    return checked_knots(*changed)
+
+
+def scale(force: float) -> None:
+    """Check a specific force at 10 Hz for 30 s."""
+    imu = ImuData(np.arange(301.0) / 10.0, np.zeros((300, 3)), np.tile([0.0, 0.0, -force / 10.0], (300, 1)))
+    unit: Any = SimpleNamespace(file="imu.csv")
+    _check_scale(imu, unit)
+
+
+MESSAGES: list[tuple[Callable[[Path], Any], str]] = [
+    (lambda at: _of_scenario(at / "p.toml", at / "c.toml", ()),
+     "--columns describes a log; AT/p.toml is a scenario, which describes its own log: leave it out."),
+    (lambda at: _of_scenario(at / "p.toml", None, ["pressure", "other"]),
+     "AT/p.toml: of a scenario gyros and accelerometers are analysed; for the column 'pressure' give the file itself, "
+     "and its description with --columns."),
+    (lambda at: Mount(25.0, -0.5),
+     "a mount of 25.0 Hz with a damping of -0.5: both must be positive and finite."),
+    (lambda at: with_quality(FIXES, [2, 5], {2: 1.0, 5: -3.0}),
+     "factor of quality 5 = -3.0 must be one finite number of at least 0."),
+    (lambda at: scale(4.903325),
+     "imu.csv: the specific force is 4.903 m/s² (median), but at rest and in any usual motion it is about 9.807: a "
+     "factor of 0.5. Check accel.unit and kind (rates, or increments over 0.1 s), or set "
+     "log.imu.check_scale = false."),
+    (lambda at: knots(0, 5, 3.5), "knot 5 at 3.5 s is not later than the previous knot, at 4.0 s."),
+    (lambda at: knots(0, 5, np.nan), "knot 5: its time is not a finite number."),
+    (lambda at: knots(1, 6, np.inf), "knot 6: its position is not a finite number."),
+    (lambda at: knots(2, 7, 1.5), "knot 7 at 7.0 s: its quaternion has norm 3, it must be 1."),
+    (lambda at: checked_knots(*(part[:5] for part in KNOTS)), "a curve needs at least 6 knots, got 5."),
+    (lambda at: checked_knots(KNOTS[0], KNOTS[1][:8], KNOTS[2]),
+     "a curve needs K times, (K, 3) positions and (K, 4) quaternions; got arrays of shapes (9,), (8, 3) and (9, 4)."),
+    (lambda at: track_format(at / "none.gpx", None),
+     "track.file = 'AT/none.gpx' cannot be read: there is no such file."),
+    (lambda at: sweep("parked", ["imu.rate_hz=50,,100"]),
+     f"--vary imu.rate_hz=50,,100: a value is missing beside a comma. {FORM}"),
+    (lambda at: sweep("parked", ["imu.rate_hz=a:b"]),
+     f"--vary imu.rate_hz=a:b: 'a:b' is not a range of numbers. {FORM}"),
+    (lambda at: sweep("parked", ["imu.rate_hz=50 Hz"]),
+     "--vary imu.rate_hz=50 Hz: '50 Hz' has a unit, 'Hz'; the unit is part of the key's name. Write the number alone."),
+    (lambda at: sweep("parked", ["imu.rate_hz"]),
+     f"--vary imu.rate_hz: write KEY=VALUES, for example imu.rate_hz=50,100. {FORM}"),
+    (lambda at: load_study("parked"), "parked is a scenario, not a study; vary its keys with --vary KEY=VALUES."),
+    (lambda at: load_study(written(at, "a.toml", 'scenario = "parked"\n[[parts]]\n')),
+     "AT/a.toml has parts and a scenario: a study either compares algorithms on motions, by [[parts]], or varies the "
+     "keys of a scenario, by [[axes]]. Make two studies of it."),
+    (lambda at: load_study(written(at, "b.toml", "seed = 3\n")),
+     "AT/b.toml is not a study: it has neither [[parts]], which compare algorithms on motions, nor a scenario with "
+     "[[axes]], which vary its keys. The keys of a scenario are varied without a file by --vary KEY=VALUES."),
+    (lambda at: _check_out(at / "plan.txt", overwrite=False), "--out AT/plan.txt: a scenario's file ends with .toml."),
+    (lambda at: _check_out(written(at, "plan.toml", ""), overwrite=False),
+     "--out AT/plan.toml: there is such a file already. Choose another name, or add --overwrite."),
+    (lambda at: best_headings(0, 0.8, NONE, 60.0), "a set of 0 headings: there must be at least one."),
+    (lambda at: best_headings(2, 0.8, NONE, 60.0, angle="roll"),
+     "the error of the roll does not depend on the heading; choose heading or latitude."),
+    (lambda at: _check_is_scenario("p.toml", "c.toml"),
+     "p.toml is a scenario, which describes its own sensors; --columns is for logs (.csv, .txt, .tsv, .dat, .asc, "
+     ".log, .parquet, .npz)."),
+    (lambda at: items_of(at / "none"), "there is no file or folder 'AT/none'"),
+    (lambda at: read_manifest(written(at, "file", ""), KIND), "AT/file is a file; give the name of a folder with -o."),
+    (lambda at: read_manifest(at, KIND),
+     "the folder AT is not empty and holds no trade study: it lacks a readable results.json. It stays unchanged; give "
+     "another folder with -o."),
+    (lambda at: determine(np.ones((2, 3)), np.ones((3, 3))),
+     "the shapes of gyro (2, 3) and accel (3, 3) do not fit together."),
+    (lambda at: _kind_of(at / "a.txt"),
+     "AT/a.txt is not a Python file (.py), nor the TOML file of a grade or of an aircraft"),
+    (lambda at: _kind_of(written(at, "a.py", "x = 3\n")),
+     "AT/a.py is nothing that sinssim can use: an attitude algorithm has functions start_k, dcm_k, step_k and "
+     "quaternion_k, a navigation frame solve and check, a view blueprint, a file format recognises and read, an export "
+     "format SUFFIX, HOLDS and write, an aiding sensor a class that derives from AidingSensor, and a leg one that "
+     "derives from LegBase"),
+    (lambda at: check_place(written(at, "file", ""), overwrite=False),
+     "the run directory AT/file is a file; give the name of a folder with -o."),
+    (lambda at: check_place(written(at, "some.txt", "").parent, overwrite=True),
+     f"the folder AT is not empty and holds no run: it lacks the file {MARK}, by which sinssim recognises a run. It "
+     "stays unchanged; give another folder with -o."),
+    (lambda at: check_place(written(at, "recording.rrd", "").parent, overwrite=True),
+     f"the folder AT is not empty and holds no run: it lacks the file {MARK}, by which sinssim recognises a run. It "
+     "stays unchanged; give another folder with -o. If it is a run of an older sinssim, move or remove it yourself."),
+    (lambda at: check_directory(None, overwrite=True), "overwrite needs the directory of a result."),
+    (lambda at: GreatCircle.between(PLACE, (-PLACE[0], PLACE[1] + np.pi), 0.0, 100.0),
+     "no great circle is defined from [30. 10.]° to [-30. 190.]°: the places coincide or are antipodal."),
+    (lambda at: GreatCircle.between(PLACE, (0.0, 0.0), 0.0, -5.0),
+     "speed = -5.0 m/s along the great circle must be positive and finite."),
+    (lambda at: check_programs(navigator(command=["a/run.py"])),
+     "navigator.1.command: there is no file 'a/run.py'."),
+    (lambda at: check_programs(navigator(library="/a/libnav.so")),
+     "navigator.1.library: there is no file '/a/libnav.so'."),
+    (lambda at: check_programs(navigator(command=["a/run.py"], file=written(at, "run.py", ""))),
+     "navigator.1.command: 'a/run.py' is not executable (chmod +x)."),
+    (lambda at: check_permission(navigator(), navigator(library="a", file=at / "nav.so").navigator[0]),
+     "the navigator mine is the library AT/nav.so, which is started only if you allow it: give --allow-programs, or "
+     "keep it in the folder navigators of a project of yours, which the key `use` or SINSSIM_CONTENT names."),
+    (lambda at: _changed_model(model(at, "<a>"), NONE),
+     "AT/made/made.xml is not XML: no element found: line 1, column 3."),
+    (lambda at: _changed_model(model(at, "<a/>"), aircraft(engine="3")),
+     "model_changes of made: made.xml has no element 'engine'."),
+    (lambda at: place_of("udp://10.0.0.1:9", "--to", ("udp", "pty")),
+     "--to udp://10.0.0.1:9 is not this machine; nothing was sent. --allow-network allows other machines."),
+    (lambda at: place_of("udp://127.0.0.1", "--listen", ("udp", "tcp")),
+     "--listen udp://127.0.0.1 lacks a port; give for example udp://127.0.0.1:14550."),
+    (lambda at: place_of("tcp://:9", "--listen", ("tcp",)),
+     "--listen tcp://:9 lacks a host; give for example tcp://127.0.0.1:14550."),
+    (lambda at: place_of("http://a:9", "--to", ("udp", "pty")),
+     "--to http://a:9 is none of udp://HOST:PORT, pty:; give for example udp://127.0.0.1:14550."),
+    (lambda at: chosen_channels(["a=Pa", "b=1", "a=hPa"]),
+     "the column 'a' is given with two units, Pa and hPa; give one of them."),
+    (lambda at: part(SAMPLES, 12.5, 13.0, "a.csv"),
+     "a.csv: there are no samples from 12.5 s to 13 s; the log runs from 5 to 8 s."),
+    (lambda at: part(SAMPLES, 7.5, None, "a.csv"),
+     "a.csv: there are no samples from 7.5 s; the log runs from 5 to 8 s."),
+    (lambda at: pace_of("fast"), "--pace fast must be a number, or max."),
+    (lambda at: pace_of("-1"), "--pace -1 must be positive: 1 is the pace of the clock, max the fastest."),
+]  # fmt: skip
+SAMPLES = Samples("increments", np.arange(5.0, 9.0), {})
+PLACE = (np.pi / 6.0, np.pi / 18.0)
+KIND = Kind("results.json", (), "cells", "trade", "a", "trade study")
+
+
+def navigator(library: str | None = None, command: list[str] | None = None, file: Path | None = None) -> Any:
+    """Return a scenario of one navigator of others."""
+    one = SimpleNamespace(name="mine", library=library, command=command, file=file)
+    return SimpleNamespace(navigator=(one,), use=())
+
+
+def model(folder: Path, text: str) -> Path:
+    """Write the definition of a model of an aircraft."""
+    (folder / "made").mkdir()
+    return written(folder / "made", "made.xml", text).parent
+
+
+def aircraft(**changes: str) -> Any:
+    return SimpleNamespace(model_changes=changes)
+
+
+def written(folder: Path, name: str, text: str) -> Path:
+    (folder / name).write_text(text)
+    return folder / name
+
+
+@pytest.mark.parametrize("number", range(len(MESSAGES)))
+def test_a_message(number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(VARIABLE, raising=False)
+    call, text = MESSAGES[number]
+    with pytest.raises(InputError) as error:
+        call(tmp_path)
+    assert str(error.value).replace(str(tmp_path), "AT") == text
+
+
+def test_what_a_claim_lacks() -> None:
+    assert gyro_free(Evidence([])).reason == (
+        "The study lacks the numbers that decide it: a block of six accelerometers with errors, tilted by less than 5° "
+        "for more than one and a half Schuler periods."
+    )
