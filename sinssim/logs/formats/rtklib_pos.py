@@ -92,6 +92,7 @@ def _rows(
 ) -> tuple[Array, list[tuple[int, float]]]:
     """Return the numbers of every row after its time, and the times as whole seconds and fractions."""
     rows, times = [], []
+    others = 6 if kind == "dms" else 2  # fields of the time, and minutes and seconds of both angles
     for number, line in enumerate(lines, start=1):
         fields = line.replace(",", " ").split()
         if not fields or line.startswith("%") or number in (cut.first, cut.last):
@@ -103,9 +104,10 @@ def _rows(
         except (ValueError, IndexError) as error:
             raise InputError(f"{path}, line {number}: this is not a row of a solution: {line[:80]!r}.") from error
         if len(rows[-1]) < _LEAST - 2 or len(rows[-1]) != len(rows[0]):
+            before, least = f"the rows before have {len(rows[0]) + others}.", _LEAST - 2 + others
             raise InputError(
                 f"{path}, line {number}: it has {len(fields)} fields; "
-                + (f"the rows before have {len(rows[0]) + 2}." if len(rows) > 1 else f"at least {_LEAST} are needed.")
+                + (before if len(rows) > 1 else f"at least {least} are needed.")
             )
     if not rows:
         raise InputError(f"{path} holds no solution: it has no row of numbers.")
