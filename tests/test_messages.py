@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,24 +13,30 @@ import pytest
 
 from sinssim.alignment.alignment_budget import best_headings
 from sinssim.alignment.determination import determine
-from sinssim.analyses.alignment_session import _check_is_scenario
+from sinssim.alignment.initial_conditions import _spread
+from sinssim.analyses.alignment_session import _check_is_scenario, align
 from sinssim.analyses.noise.noise_report import Samples, _of_scenario, chosen_channels, part
 from sinssim.cli.commands.analyses import _check_out
 from sinssim.data import ImuData, Measurements
 from sinssim.errors import InputError
+from sinssim.experiments.ensembles.ensemble_execution import Group, compute_task
 from sinssim.experiments.experiment_directory import Kind, read_manifest
 from sinssim.experiments.run.paced_stream import pace_of, place_of
 from sinssim.experiments.studies.position_claims import gyro_free
 from sinssim.experiments.studies.study_results import Evidence
 from sinssim.experiments.study import FORM, load_study, sweep
+from sinssim.logs.formats.registry import read_file
 from sinssim.logs.recorded_log import _check_scale
 from sinssim.logs.track_preparation import track_format
 from sinssim.sensors.aiding.gnss import with_quality
 from sinssim.simulation.foreign_navigator import VARIABLE, check_permission, check_programs
+from sinssim.statistics.requirement_verdict import tally
+from sinssim.statistics.requirements import parse_requirement
 from sinssim.system.extensions import _kind_of, items_of
 from sinssim.system.outputs import MARK, check_directory, check_place
 from sinssim.truth.curve import checked_knots
 from sinssim.truth.flight.jsbsim_model import _changed_model
+from sinssim.truth.motions.coning_and_rocking import SpinRock
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 from sinssim.truth.motions.vibration import Mount
 
@@ -153,9 +160,50 @@ MESSAGES: list[tuple[Callable[[Path], Any], str]] = [
      "a.csv: there are no samples from 12.5 s to 13 s; the log runs from 5 to 8 s."),
     (lambda at: part(SAMPLES, 7.5, None, "a.csv"),
      "a.csv: there are no samples from 7.5 s; the log runs from 5 to 8 s."),
+    (lambda at: parse_requirement("r95 <= 1.2.3 m"),
+     """requirement 'r95 <= 1.2.3 m': '1.2.3' is not a number; write it like "r95(3600 s) <= 1852 m"."""),
+    (lambda at: parse_requirement("r95 >= 3 m"),
+     """requirement 'r95 >= 3 m': >= is not a limit of an error; write it like "r95(3600 s) <= 1852 m"."""),
+    (lambda at: parse_requirement("r95 <= 0 m"),
+     "requirement 'r95 <= 0 m': the limit 0 must be a positive number."),
+    (lambda at: parse_requirement("miss <= 3 m"),
+     "requirement 'miss <= 3 m': a miss is that of a waypoint; write it like miss(waypoint 3), or with its name."),
+    (lambda at: parse_requirement("heading <= 3 m"),
+     "requirement 'heading <= 3 m': 'm' is a unit of length; heading is an angle. Known units: rad, mrad, deg, °, "
+     "arcmin, ', arcsec, \"."),
+    (lambda at: parse_requirement("rate(run) <= 1 nmi/h"),
+     "requirement 'rate(run) <= 1 nmi/h': a rate is not limited over the whole run, as it has none at the start; give "
+     "a time or end."),
+    (lambda at: parse_requirement("rate(0 s) <= 1 nmi/h"),
+     "requirement 'rate(0 s) <= 1 nmi/h': (0 s) must be a positive time."),
+    (lambda at: parse_requirement("r95(-2 s) <= 1 nmi"),
+     "requirement 'r95(-2 s) <= 1 nmi': (-2 s) must be a time from the start on."),
+    (lambda at: tally(parse_requirement("r95 <= 1 m"), np.arange(3.0), np.ones((2, 4))),
+     "errors have the shape (2, 4); N runs at 3 times need (N, 3)."),
+    (lambda at: align("a.csv", overrides=["imu.rate_hz=5", "seed=2"]),
+     "a.csv is a log, but --set imu.rate_hz=5 is for scenarios; give its sensors with --grade NAME."),
+    (lambda at: _spread("sigma", [1.0, -2.0, 3.0], "m/s"),
+     "sigma = [1.0, -2.0, 3.0] m/s must be standard deviations: zero or more."),
+    (lambda at: _spread("sigma", [1.0, 2.0], "m/s"),
+     "sigma = [1.0, 2.0] must be 3 finite numbers, north, east, down, m/s."),
+    (lambda at: compute_task(Group(NONE, range(2), at / "runs")),
+     f"a worker on {os.uname().nodename} does not see the folder AT/runs. All workers need the same file system: give "
+     "a directory on a shared one with -o."),
+    (lambda at: read_file(written(at, "a.pos", POS.format("", "deg"))),
+     "AT/a.pos, line 4: it has 23 fields; the rows before have 24."),
+    (lambda at: read_file(written(at, "b.pos", POS.format(" 30 30.0", "d'\""))),
+     "AT/b.pos, line 4: it has 27 fields; the rows before have 28."),
+    (lambda at: SpinRock([0.0, 0.0, 0.0], 1.0, 0.1, 2.0),
+     "axis = [0.0, 0.0, 0.0] of the spin must be three numbers, not all zero."),
     (lambda at: pace_of("fast"), "--pace fast must be a number, or max."),
     (lambda at: pace_of("-1"), "--pace -1 must be positive: 1 is the pace of the clock, max the fastest."),
 ]  # fmt: skip
+ROW = "2024/05/01 10:00:0{} 50{} 8{} 100.0 1 9 0.1 0.1 0.1 0 0 0 0 1.5 1.0 2.0 3.0 0.1 0.1 0.1 0.0 0.0 0.0"
+POS = (
+    "% program : RTKPOST\n%  GPST          latitude({1}) longitude({1}) height(m)  Q ns sdn(m) sde(m) sdu(m) sdne(m) "
+    "sdeu(m) sdun(m) age(s) ratio vn(m/s) ve(m/s) vu(m/s) sdvn sdve sdvu sdvne sdveu sdvun\n"
+    + ROW.format(1, "{0}", "{0}") + "\n" + ROW.format(2, "{0}", "{0}").removesuffix(" 0.0") + "\n"
+)  # fmt: skip
 SAMPLES = Samples("increments", np.arange(5.0, 9.0), {})
 PLACE = (np.pi / 6.0, np.pi / 18.0)
 KIND = Kind("results.json", (), "cells", "trade", "a", "trade study")
