@@ -26,6 +26,7 @@ from sinssim.arguments import POSITIVE, check_kind, names, number, vector
 from sinssim.data import Array, ImuData, Measurements, NavState
 from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.errors import InputError, check_name
+from sinssim.formatting import capital
 from sinssim.sensors.aiding.gnss import USUAL, first_course
 from sinssim.sensors.imu.imu_errors import ImuErrors
 
@@ -213,7 +214,7 @@ def _check_usable(determination: Determination, need_latitude: bool) -> None:
     missing = [name for name in names if not np.isfinite(getattr(d, name))]
     if missing:
         raise InputError(
-            f"navigation cannot start: {', '.join(missing)} not determined. {' '.join(determination.warnings)}".rstrip()
+            f"navigation cannot start: {', '.join(missing)} not determined. {' '.join(map(capital, d.warnings))}".rstrip()
         )
 
 
