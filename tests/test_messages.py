@@ -13,20 +13,25 @@ import pytest
 
 from sinssim.alignment.alignment_budget import best_headings
 from sinssim.alignment.determination import determine
-from sinssim.alignment.initial_conditions import _spread
+from sinssim.alignment.initial_conditions import _spread, initial_state
 from sinssim.analyses.alignment_session import _check_is_scenario, align
 from sinssim.analyses.noise.noise_report import Samples, _of_scenario, chosen_channels, part
+from sinssim.arguments import check_increasing, checked_initial
 from sinssim.cli.commands.analyses import _check_out
 from sinssim.data import ImuData, Measurements
+from sinssim.earth.transverse_route import route_pole
 from sinssim.errors import InputError
 from sinssim.experiments.ensembles.ensemble_execution import Group, compute_task
 from sinssim.experiments.experiment_directory import Kind, read_manifest
 from sinssim.experiments.run.paced_stream import pace_of, place_of
 from sinssim.experiments.studies.position_claims import gyro_free
 from sinssim.experiments.studies.study_results import Evidence
+from sinssim.experiments.studies.trade_schema import MOST_CELLS
 from sinssim.experiments.study import FORM, load_study, sweep
 from sinssim.logs.formats.registry import read_file
+from sinssim.logs.increments import made_increments
 from sinssim.logs.recorded_log import _check_scale
+from sinssim.logs.recorded_streams import InertialStream
 from sinssim.logs.track_preparation import track_format
 from sinssim.sensors.aiding.gnss import with_quality
 from sinssim.simulation.foreign_navigator import VARIABLE, check_permission, check_programs
@@ -195,6 +200,41 @@ MESSAGES: list[tuple[Callable[[Path], Any], str]] = [
      "AT/b.pos, line 4: it has 27 fields; the rows before have 28."),
     (lambda at: SpinRock([0.0, 0.0, 0.0], 1.0, 0.1, 2.0),
      "axis = [0.0, 0.0, 0.0] of the spin must be three numbers, not all zero."),
+    (lambda at: made_increments(InertialStream(np.zeros(1), np.zeros((1, 3)), np.zeros((1, 3)))),
+     "the log has 1 samples in this span; at least two are needed."),
+    (lambda at: checked_initial(NONE),
+     "initial must be NavState(latitude, longitude, height, velocity_ned, q_nb), not None."),
+    (lambda at: check_increasing("time", np.array([1.0, 2.0, 2.0, 3.0])),
+     "time must increase: time[1] = 2 s is followed by time[2] = 2 s."),
+    (lambda at: sweep("parked", ["imu.rate_hz=5:5:log3"]),
+     "--vary imu.rate_hz=5:5:log3: 5:5:log3 needs two different positive ends and at least log2: values in equal "
+     "ratios, the ends included."),
+    (lambda at: sweep("parked", ["imu.rate_hz=5:9:0"]),
+     "--vary imu.rate_hz=5:9:0: the step of 5:9:0 must not be 0."),
+    (lambda at: sweep("parked", ["imu.rate_hz=5:9:-1"]),
+     "--vary imu.rate_hz=5:9:-1: the step of 5:9:-1 leads away from 9, so that there is no value."),
+    (lambda at: sweep("parked", ["imu.rate_hz=1:9e9:1"]),
+     f"--vary imu.rate_hz=1:9e9:1: 1:9e9:1 has 9000000000 values, and a study has at most {MOST_CELLS} cells; give a "
+     "larger step."),
+    (lambda at: align("parked", overrides=['imu.rotation.type="continuous"']),
+     "the scenario parked has [imu.rotation]; the alignment uses the mean measurements of an IMU that does not rotate "
+     "in the vehicle. Remove the table."),
+    (lambda at: initial_state(determine([0.0, 0.0, -7.2921151e-5], [0.0, 0.0, -9.83]), 0.0, 0.0),
+     "navigation cannot start: heading not determined. The heading is not determined: at latitude 90.000 deg the "
+     "Earth's rate has no horizontal part."),
+    (lambda at: route_pole((0.5, 0.2, 0.5, 0.2), 0.0, 0.0, np.zeros(3)),
+     "route = (0.5, 0.2, 0.5, 0.2): A and B coincide or are antipodal; they determine no great circle."),
+    (lambda at: items_of(written(at, "other", "").parent),
+     "the folder 'AT' has none of the folders algorithms, frames, aiding, legs, formats, writers, views, grades or "
+     "aircraft with a file in it"),
+    (lambda at: sweep("parked", ["ensemble.runs=2,3"]),
+     "parked: --vary ensemble.runs: the key 'ensemble.runs' cannot be varied: every ensemble has the number of runs "
+     "of the study."),
+    (lambda at: sweep("parked", ["imu.rate_hz=2,3"], ["imu.rate_hz=5"]),
+     "parked: --vary imu.rate_hz: the key 'imu.rate_hz' is fixed by set = [\"imu.rate_hz=…\"], too: fix it, or vary it."),
+    (lambda at: sweep("parked", ["imu.rate_hz=2,3", "imu.rate_hz=4,5"]),
+     "parked: --vary imu.rate_hz: the key 'imu.rate_hz' is varied by --vary imu.rate_hz, too ('imu.rate_hz'); give "
+     "each key once."),
     (lambda at: pace_of("fast"), "--pace fast must be a number, or max."),
     (lambda at: pace_of("-1"), "--pace -1 must be positive: 1 is the pace of the clock, max the fastest."),
 ]  # fmt: skip
