@@ -231,7 +231,8 @@ MESSAGES: list[tuple[Callable[[Path], Any], str]] = [
      "parked: --vary ensemble.runs: the key 'ensemble.runs' cannot be varied: every ensemble has the number of runs "
      "of the study."),
     (lambda at: sweep("parked", ["imu.rate_hz=2,3"], ["imu.rate_hz=5"]),
-     "parked: --vary imu.rate_hz: the key 'imu.rate_hz' is fixed by set = [\"imu.rate_hz=…\"], too: fix it, or vary it."),
+     "parked: --vary imu.rate_hz: the key 'imu.rate_hz' is fixed by set = [\"imu.rate_hz=…\"], too: fix it, or vary "
+     "it."),
     (lambda at: sweep("parked", ["imu.rate_hz=2,3", "imu.rate_hz=4,5"]),
      "parked: --vary imu.rate_hz: the key 'imu.rate_hz' is varied by --vary imu.rate_hz, too ('imu.rate_hz'); give "
      "each key once."),

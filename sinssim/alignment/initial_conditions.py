@@ -213,9 +213,8 @@ def _check_usable(determination: Determination, need_latitude: bool) -> None:
     names = ["heading", "roll", "pitch", *(["latitude"] if need_latitude else [])]
     missing = [name for name in names if not np.isfinite(getattr(d, name))]
     if missing:
-        raise InputError(
-            f"navigation cannot start: {', '.join(missing)} not determined. {' '.join(map(capital, d.warnings))}".rstrip()
-        )
+        why = " ".join(map(capital, d.warnings))
+        raise InputError(f"navigation cannot start: {', '.join(missing)} not determined. {why}".rstrip())
 
 
 def alignment_samples(time: Array, duration: float, key: str, user: str = "navigation") -> int:
