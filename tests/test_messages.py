@@ -16,7 +16,7 @@ from sinssim.alignment.determination import determine
 from sinssim.alignment.initial_conditions import _spread, initial_state
 from sinssim.analyses.alignment_session import _check_is_scenario, align
 from sinssim.analyses.noise.noise_report import Samples, _of_scenario, chosen_channels, part
-from sinssim.arguments import check_increasing, checked_initial
+from sinssim.arguments import check_increasing, checked_initial, numbers
 from sinssim.cli.commands.analyses import _check_out
 from sinssim.data import ImuData, Measurements
 from sinssim.earth.transverse_route import route_pole
@@ -30,6 +30,7 @@ from sinssim.experiments.studies.trade_schema import MOST_CELLS
 from sinssim.experiments.study import FORM, load_study, sweep
 from sinssim.logs.formats.registry import read_file
 from sinssim.logs.increments import made_increments
+from sinssim.logs.numeric_columns import bad_row
 from sinssim.logs.recorded_log import _check_scale
 from sinssim.logs.recorded_streams import InertialStream
 from sinssim.logs.track_preparation import track_format
@@ -236,6 +237,15 @@ MESSAGES: list[tuple[Callable[[Path], Any], str]] = [
     (lambda at: sweep("parked", ["imu.rate_hz=2,3", "imu.rate_hz=4,5"]),
      "parked: --vary imu.rate_hz: the key 'imu.rate_hz' is varied by --vary imu.rate_hz, too ('imu.rate_hz'); give "
      "each key once."),
+    (lambda at: numbers("x", np.zeros((1,) * 33)),
+     "x is not an array of numbers: it has 33 axes, more than 32."),
+    (lambda at: numbers("x", [True, False]), "x is not an array of numbers: it holds true and false."),
+    (lambda at: numbers("x", [1.0, None]), "x is not an array of numbers: a value is None or text."),
+    (lambda at: numbers("x", "12"), "x = '12' is not an array of numbers: it holds text."),
+    (lambda at: read_file(written(at, "a.csv", FLYSIGHT.replace("sAcc", "other"))),
+     "AT/a.csv: $COL,GNSS has no column sAcc."),
+    (lambda at: read_file(written(at, "b.csv", FLYSIGHT.replace("81.75", "high"))),
+     "AT/b.csv: the column hMSL of GNSS: could not convert string to float: 'high'."),
     (lambda at: pace_of("fast"), "--pace fast must be a number, or max."),
     (lambda at: pace_of("-1"), "--pace -1 must be positive: 1 is the pace of the clock, max the fastest."),
 ]  # fmt: skip
@@ -245,6 +255,11 @@ POS = (
     "sdeu(m) sdun(m) age(s) ratio vn(m/s) ve(m/s) vu(m/s) sdvn sdve sdvu sdvne sdveu sdvun\n"
     + ROW.format(1, "{0}", "{0}") + "\n" + ROW.format(2, "{0}", "{0}").removesuffix(" 0.0") + "\n"
 )  # fmt: skip
+FLYSIGHT = (
+    "$FLYS,1\n$COL,GNSS,time,lat,lon,hMSL,velN,velE,velD,hAcc,vAcc,sAcc,numSV\n$DATA\n"
+    "$GNSS,2024-05-01T10:00:00.00Z,50.5,8.5,81.75,1.0,2.0,3.0,0.5,0.7,0.1,9\n"
+    "$GNSS,2024-05-01T10:00:00.20Z,50.5,8.5,81.75,1.0,2.0,3.0,0.5,0.7,0.1,9\n"
+)
 SAMPLES = Samples("increments", np.arange(5.0, 9.0), {})
 PLACE = (np.pi / 6.0, np.pi / 18.0)
 KIND = Kind("results.json", (), "cells", "trade", "a", "trade study")
@@ -278,6 +293,19 @@ def test_a_message(number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     with pytest.raises(InputError) as error:
         call(tmp_path)
     assert str(error.value).replace(str(tmp_path), "AT") == text
+
+
+def test_a_file_that_is_no_table() -> None:
+    """A reason is told up to 300 characters, without what cannot be printed."""
+    error = bad_row(Path("a.csv"), [], [3], ",", ValueError("bad\x07 " + "x" * 400 + "."), numbers=True)
+    assert str(error) == f"a.csv cannot be read as numbers in columns: bad  {'x' * 295}."
+    rows = [(4, ["1", "2", "3"]), (5, ["1", "2"])]
+    assert str(bad_row(Path("a.csv"), rows, [3], ",", ValueError(), hint=", as its head says")) == (
+        "a.csv, line 5: it has 2 fields; 3 separated by ',' are needed, as its head says."
+    )
+    assert str(bad_row(Path("a.csv"), [(7, ["1", "\0"])], [3], ",", ValueError())) == (
+        "a.csv, line 7: this is not text, it has zero bytes."
+    )
 
 
 def test_what_a_claim_lacks() -> None:

@@ -11,7 +11,7 @@ import typer
 
 from sinssim.cli import main
 from sinssim.cli.app import _warnings_as_lines, sentence
-from sinssim.cli.options import GIVEN
+from sinssim.cli.options import GIVEN, start_option
 from sinssim.errors import SinssimWarning
 
 
@@ -73,3 +73,7 @@ def test_a_warning_is_printed_once(capsys: pytest.CaptureFixture[str], monkeypat
     with warnings.catch_warnings(), _warnings_as_lines():
         warnings.warn(SinssimWarning("three"), stacklevel=1)
     assert capsys.readouterr().err == ""
+
+
+def test_the_usual_date_of_time_0_is_told() -> None:
+    assert start_option("date").show_default == "2026-01-01T00:00:00Z, or the date of a recorded log"

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from sinssim import rotation
+from sinssim.analyses.inspection import inspected_files
 from sinssim.analyses.inspection.inertial_columns import guess_layout
 from sinssim.analyses.inspection.inspected_files import inspect
 from sinssim.analyses.inspection.stream_findings import wrong
@@ -291,3 +294,35 @@ def test_rows_of_another_width_are_named_as_a_run_refuses_them(tmp_path: Path) -
         InputError, match=r"gyro\.csv, line 12: it has 5 fields; 4 separated by ',' are needed, as in line 1"
     ):
         inspect([tmp_path / "drive.toml"])
+
+
+def test_what_a_suggested_scenario_is_made_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The keys of the unit, with even stamps if two are equal, the receiver and the reference, each of its file."""
+    asked: list[Any] = []
+    monkeypatch.setattr(
+        inspected_files, "suggested_scenario", lambda *given, **more: asked.append((given, more)) or "x"
+    )
+    at, later = np.array([0.0, 1.0, 1.0]), np.array([0.0, 1.0, 2.0])
+    track = SimpleNamespace(latitude=np.array([np.nan, 0.5]))
+
+    def file(name: str, **parts: Any) -> Any:
+        usual: dict[str, Any] = {"inertial": {}, "fixes": {}, "solutions": {}}
+        return SimpleNamespace(path=name, format=f"{name}-format", clock=f"{name}-clock", **{**usual, **parts})
+
+    units = {"a": SimpleNamespace(time=at), "b": SimpleNamespace(time=later)}
+    unit, fixes, solution = file("u", inertial=units), file("f", fixes={"one": 1}), file("s", solutions={"t": track})
+    none: Any = None
+    guessed: Any = SimpleNamespace(unit=None, fixes=())
+    assert inspected_files._scenario(none, [fixes, unit, solution], guessed, Path("d"), True) == "x"
+    ((given, more),) = asked
+    assert given[1] == ("u", {"format": "u-format", "stream": "a", "stamps": "even"}, "u-clock")
+    assert given[2] == ("f", {"format": "f-format"}, "f-clock")
+    assert (given[3], given[4], more) == (Path("d"), ("s", "s-format", "s-clock"), {"land": True})
+    asked.clear()
+    even = file("u", inertial={"b": units["b"]})
+    assert inspected_files._scenario(none, [even], guessed, Path("d"), False) == "x"
+    assert asked[0][0][1:3] == (("u", {"format": "u-format"}, "u-clock"), None)
+    assert asked[0][0][4] is None
+    text = file("u", inertial=units)
+    text.format = "text"
+    assert inspected_files._scenario(none, [text, fixes], guessed, Path("d"), False) is None

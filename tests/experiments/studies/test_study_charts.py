@@ -243,3 +243,10 @@ def test_the_power_of_time() -> None:
     named = {text.get_text(): text.xy[0] for text in top.texts}
     assert named == {"1000 s": 1000.0, "Schuler period": pytest.approx(period)}
     assert legend(figure) == ["block", "closed form"]
+
+
+def test_the_ends_of_a_logarithmic_axis() -> None:
+    """Beyond 1 and 100 by 4 % of the axis, a factor of 100^0.04; by 5 % of the number around a single one."""
+    assert study._beyond([1.0, 100.0, 0.0, np.inf, 10.0]) == pytest.approx({"low": 10.0**-0.08, "high": 10.0**2.08})
+    assert study._beyond([3.0]) == pytest.approx({"low": 3.0 / 1.05, "high": 3.15})
+    assert study._beyond([0.0, -1.0]) == {}

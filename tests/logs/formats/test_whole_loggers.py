@@ -168,6 +168,15 @@ def test_android(tmp_path: Path) -> None:
     )
 
 
+def test_readings_of_android_that_are_repeated(tmp_path: Path) -> None:
+    """A reading of an instant that was read already is left out."""
+    path = tmp_path / "gnss.txt"
+    lines = ANDROID.splitlines()
+    again = next(k for k, line in enumerate(lines) if line.startswith("UncalGyro,1751990400250"))
+    path.write_text("\n".join([*lines[: again + 1], lines[again], *lines[again + 1 :]]) + "\n")
+    assert read_file(path).inertial["imu"].time.tolist() == pytest.approx([9000.35, 9001.0])
+
+
 def test_a_line_of_android_that_was_cut_short(tmp_path: Path) -> None:
     """The sixteenth line has three of seven fields."""
     path = tmp_path / "gnss.txt"

@@ -22,7 +22,7 @@ from PIL import Image
 
 from sinssim.charts import TIME, Axis, Band, Bars, Chart, Charts, Dots, Limit, Line, Remark, Rule, Shares, over
 from sinssim.exhibits import Exhibits, Sentence
-from sinssim.recording.interactive.live_chart import can_live, policy
+from sinssim.recording.interactive.live_chart import can_live, policy, with_scripts
 from sinssim.recording.page import page_of
 from sinssim.recording.svg_chart import html_of
 from sinssim.units import DEG, LENGTH_SCALE, fixed
@@ -194,6 +194,17 @@ def test_only_a_page_with_curves_has_scripts_and_words_cannot_end_them() -> None
     rest = "style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
     assert f"default-src 'none'; script-src 'sha256-{digest}'; {rest}" in text
     assert policy(["<p>"]) == f"default-src 'none'; {rest}"
+
+
+def test_where_the_scripts_of_a_page_are() -> None:
+    """A hint above the first chart that can be zoomed, and the scripts at the end; nothing without such a chart."""
+    body = ["<h1>", '<figure class="live short">', "<p>", '<figure class="live">', "<i>"]
+    found = with_scripts(body)
+    assert (found[0], found[2:6]) == ("<h1>", body[1:])
+    assert "<script>" in found[6]
+    assert "<script>" not in found[1]
+    assert len(found) == 7
+    assert with_scripts(["<p>"]) == ["<p>"]
 
 
 BAD = '</script><img src=x onerror="window.hit = 1"><b onmouseover=hit()>'

@@ -386,3 +386,16 @@ def test_lines_in_the_colour_of_words_are_legible_on_a_dark_page() -> None:
     assert 'class="block"' in drawn
     assert f'svg [stroke="{style.INK}"] {{ stroke: var(--ink); }}' in STYLE
     assert "svg .block { fill: var(--paper); }" in STYLE
+
+
+def test_where_a_curve_hardly_changes_in_a_column_it_has_one_point() -> None:
+    """Lowest and highest of 100 columns; those of less than a pixel in one column and a half are their middle."""
+    left = np.arange(100.0)
+    x = np.column_stack((left, left + 0.5)).ravel()
+    low, high = 2.0 * left, 2.0 * left + 0.5
+    high[7] += 9.0
+    px, py = svg._settled(x, np.column_stack((low, high)).ravel())
+    assert px.tolist() == [*left[:8], 7.5, *left[8:], 99.5]
+    assert py.tolist() == [*(low[:7] + 0.25), 14.0, 23.5, *(low[8:] + 0.25), low[99] + 0.25]
+    few = np.arange(198.0)
+    assert svg._settled(few, few)[0] is few
