@@ -7,7 +7,7 @@ import pytest
 
 from sinssim.data import ImuData, Measurements
 from sinssim.errors import InputError
-from sinssim.sensors.aiding.gnss import with_quality
+from sinssim.sensors.aiding.gnss import first_course, with_quality
 from sinssim.sensors.aiding.land_vehicle import land_velocity
 
 
@@ -36,11 +36,28 @@ def test_no_reading_where_tyres_slide() -> None:
 
 def test_codes_of_quality() -> None:
     time = np.arange(4.0)
-    fixes = Measurements("gnss-position", time, time, np.ones((4, 3)), np.full((4, 3), 0.01))
+    fixes = Measurements("gnss-position", time, time + 0.25, np.arange(12.0).reshape(4, 3), np.full((4, 3), 0.01))
     found = with_quality(fixes, [1, 2, 1, 5], {1: 1.0, 2: 10.0, 5: None}, least=(0.02, 0.02, 0.03))
-    np.testing.assert_array_equal(found.time, [0.0, 1.0, 2.0])
+    np.testing.assert_array_equal((found.time, found.arrival), [[0.0, 1.0, 2.0], [0.25, 1.25, 2.25]])
+    np.testing.assert_array_equal(found.value, np.arange(9.0).reshape(3, 3))
     np.testing.assert_array_equal(found.sigma, [[0.02, 0.02, 0.03], [0.1, 0.1, 0.1], [0.02, 0.02, 0.03]])
     with pytest.raises(InputError, match=r"the code 7 has no factor; there are factors for \[1, 2, 3, 4, 5, 6\]\."):
         with_quality(fixes, [1, 9, 8, 7])
     with pytest.raises(InputError, match="4 fixes need one code each"):
         with_quality(fixes, [1, 2])
+
+
+def test_the_first_course_and_its_uncertainty() -> None:
+    """Three velocities of 3 m/s in a row from the fourth on, north-west, of which the first has 1σ of 0.4 m/s; without
+    such ones, from 1σ over tan 10° on, or from a given speed on."""
+    time, sigma = np.arange(8.0), 0.1 * np.arange(1.0, 9.0)
+    north = np.array([0.0, 5.0, 0.0, 2.4, 3.0, 1.8, 1.8, 0.0])
+    velocity = np.column_stack([north, -np.array([0.0, 5.0, 0.0, 1.8, 0.0, 2.4, 0.0, 0.0]), np.full(8, 9.0)])
+    assert first_course(time, velocity, sigma) == (3, np.arctan2(0.4, 3.0))
+    slow = velocity.copy()
+    slow[4, 0] = 2.9  # 0.5 m/s over tan 10° is 2.84 m/s, 0.6 m/s over it 3.40 m/s
+    assert first_course(time, slow, sigma) is None
+    assert first_course(time, slow, np.full(8, 0.3)) == (3, np.arctan2(0.3, 3.0))
+    assert first_course(time, slow, sigma, least=3.1) is None
+    assert first_course(time, slow, sigma, least=1.5) == (3, np.arctan2(0.4, 3.0))
+    assert first_course(time[:2], velocity[:2], sigma[:2]) is None

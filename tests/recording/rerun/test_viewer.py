@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 import signal
 import tempfile
@@ -327,3 +329,52 @@ def test_a_viewer_that_has_loaded() -> None:
     assert viewer._laid_out(client(layout=panel))
     assert not viewer._laid_out(client(layout={"/top_panel": {"PanelBlueprint": {"state": "Collapsed"}}}))
     assert not viewer._laid_out(client(layout={}))
+
+
+class Handler:
+    """Keeps what is sent to a browser."""
+
+    def __init__(self) -> None:
+        self.status, self.headers, self.wfile = 0, dict[str, str](), io.BytesIO()
+
+    def send_response(self, status: int) -> None:
+        self.status = status
+
+    def send_error(self, status: int, *why: str) -> None:
+        self.status = status
+
+    def send_header(self, name: str, value: str) -> None:
+        self.headers[name] = value
+
+    def end_headers(self) -> None: ...
+
+
+def test_what_the_server_of_the_page_hands_on(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """The page asks no other machine; of a file it is told the length; what is not there is not found."""
+    asked: list[Any] = []
+
+    def opened(address: str, timeout: float) -> Any:
+        asked.append((address, timeout))
+        if "none" in address:
+            raise OSError
+        answer = SimpleNamespace(headers={"Content-Type": "text/wasm"}, read=lambda: b"four")
+        return contextlib.nullcontext(answer)
+
+    monkeypatch.setattr(viewer, "_OWN", SimpleNamespace(open=opened))
+    monkeypatch.setattr(viewer, "without_other_machines", lambda page: f"{page} alone")
+    sent = [Handler() for _ in range(5)]
+    for handler, path in zip(sent, ("/", "/a b.wasm", "/none"), strict=False):
+        viewer._answer(handler, path, 1234)  # type: ignore[arg-type]
+    assert asked == [(f"http://127.0.0.1:1234{path}", 60.0) for path in ("/", "/a%20b.wasm", "/none")]
+    (tmp_path / "run.rrd").write_bytes(b"sixsix")
+    viewer._send(sent[3], tmp_path / "run.rrd")  # type: ignore[arg-type]
+    viewer._send(sent[4], tmp_path / "none")  # type: ignore[arg-type]
+    assert [handler.status for handler in sent] == [200, 200, 404, 200, 404]
+    assert [handler.wfile.getvalue() for handler in sent] == [b"four alone", b"four", b"", b"sixsix", b""]
+    assert [handler.headers for handler in sent] == [
+        {"Content-Type": "text/wasm", "Content-Length": "10"},
+        {"Content-Type": "text/wasm", "rerun-final-length": "4", "Content-Length": "4"},
+        {},
+        {"Content-Type": "application/octet-stream", "Content-Length": "6", "Cache-Control": "no-store"},
+        {},
+    ]

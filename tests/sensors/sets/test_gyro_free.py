@@ -238,7 +238,12 @@ def test_bad_input() -> None:
     arms = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=float)
     axes = np.array([[0, 1, 0], [0, 0, 1], [0, 0, 1], [1, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=float)
     leaky = AccelerometerSet(arms + 0.3 * np.eye(6)[:, :3], axes)
-    with pytest.raises(InputError, match="products of the rate affect"):
+    unit = np.eye(3)
+    sensed = np.array([[[s @ np.cross(j, np.cross(k, r)) for k in unit] for j in unit]
+                       for r, s in zip(leaky.position, axes, strict=True)])  # fmt: skip
+    both = np.concatenate([np.cross(leaky.position, axes), axes], axis=1)
+    factor = np.abs(np.tensordot(np.linalg.inv(both)[:3], sensed, axes=1)).max()
+    with pytest.raises(InputError, match=rf"products of the rate affect .*\(factor {factor:.2g}\); use a set in which"):
         _ = leaky.solution
     with pytest.raises(InputError, match="N\\+1 times"):
         gyro_free_increments(np.arange(3.0), np.zeros((3, 6)), cube(1.0), np.zeros(3))
