@@ -38,6 +38,7 @@ from sinssim.sensors.aiding.gnss import with_quality
 from sinssim.simulation.foreign_navigator import VARIABLE, check_permission, check_programs
 from sinssim.statistics.requirement_verdict import tally
 from sinssim.statistics.requirements import parse_requirement
+from sinssim.strapdown.attitude import functional_iteration
 from sinssim.system.extensions import _kind_of, items_of
 from sinssim.system.outputs import MARK, check_directory, check_place
 from sinssim.truth.curve import checked_knots
@@ -305,6 +306,18 @@ def test_a_file_that_is_no_table() -> None:
     )
     assert str(bad_row(Path("a.csv"), [(7, ["1", "\0"])], [3], ",", ValueError())) == (
         "a.csv, line 7: this is not text, it has zero bytes."
+    )
+
+
+def test_a_frame_without_its_engine(monkeypatch: pytest.MonkeyPatch) -> None:
+    entries = {"mine": SimpleNamespace(file="my_file"), "level": SimpleNamespace(file="level")}
+    monkeypatch.setattr(functional_iteration, "FRAME_REGISTRY", entries)
+    monkeypatch.setattr(functional_iteration, "frames_that", lambda able: [n for n, e in entries.items() if able(e)])
+    with pytest.raises(InputError) as error:
+        functional_iteration.engine("mine")
+    assert str(error.value) == (
+        "functional-iteration has its own engine for each frame, but none for mine; it can be used in the frames "
+        "level. All other algorithms navigate in mine."
     )
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,10 +19,14 @@ from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.filter_model import filter_model, inertial_sigma, states
 from sinssim.scenario.navigation_section import initial_state_with_errors
 from sinssim.scenario.true_motion import fly
+from sinssim.sensors.imu import emulation
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import draw
 from sinssim.sensors.sets.sensor_readings import draw_true_errors
-from sinssim.simulation.aided_run import aid_run
+from sinssim.simulation import aided_run
+from sinssim.simulation.aided_run import aid_run, navigate_beside
+from sinssim.strapdown import navigate as navigation
+from sinssim.truth.motions import mounted_block
 from tests.slow import slow
 
 ARCMIN, DEG_H, UG = np.pi / 180.0 / 60.0, np.pi / 180.0 / 3600.0, 9.80665e-6
@@ -432,3 +438,25 @@ def test_scenarios_of_the_package_say_what_they_mean(name):
         assert s.navigation.initial_error.heading_arcmin == 150.0 * 60.0
     if name == "transfer_alignment":
         assert (s.imu.grade, s.aiding.master.grade) == ("tactical", "laser-navigation")
+
+
+def test_the_second_unit_navigates_as_the_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A unit of another grade and other noises at its lever arm, in the frame and gravity of the scenario, held at the
+    true height of its place."""
+    place = SimpleNamespace(start=5.0, increments=lambda rate: SimpleNamespace(time=("edges at", rate)),
+                            state=lambda time: SimpleNamespace(height=("height", time)))  # fmt: skip
+    made: list[Any] = []
+    monkeypatch.setattr(mounted_block, "Vibrating", lambda *given: made.append(given) or place)
+    monkeypatch.setattr(emulation, "emulate", lambda *given: made.append(given) or "readings")
+    monkeypatch.setattr(navigation, "navigate", lambda *given, **keys: (given, keys))
+    scenario: Any = SimpleNamespace(seed=7, imu=SimpleNamespace(rate_hz=50.0),
+                                    navigation=SimpleNamespace(frame="wander", gravity="centrifugal"))  # fmt: skip
+    path: Any = SimpleNamespace(ellipsoid=SimpleNamespace(name="WGS-84"))
+    found: Any = navigate_beside(scenario, path, "tactical", (1.0, 2.0, 3.0))
+    (imu, start), keys = found
+    assert made[0] == (path, (), (1.0, 2.0, 3.0))
+    _, unit, seed = made[1]
+    assert (unit.grade, unit.rate_hz, seed - 7) == ("tactical", 50.0, aided_run._APART)
+    assert (imu, start.height) == ("readings", ("height", 5.0))
+    assert keys == {"algorithm": "quaternion", "frame": "wander", "gravity": "centrifugal", "ellipsoid": "WGS-84",
+                    "vertical": "baro-loop", "height": ("height", ("edges at", 50.0))}  # fmt: skip

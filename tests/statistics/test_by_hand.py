@@ -40,6 +40,7 @@ def test_rates_and_their_standard_error() -> None:
     assert float(rate_uncertainty(time, errors[1])) == pytest.approx(0.1, rel=1e-12)
     assert end_rate(time, errors) == pytest.approx([30.0 / 11.0, 30.0 / 11.0, 2.0 / 5.0], rel=1e-14)
     assert np.isnan(end_rate([0.0], [4.0]))
+    assert end_rate([1.0, 2.0, 4.0], [3.0, np.inf, np.nan]) == np.inf  # infinitely far off at its end
     assert to_nmi_h([463.0, 926.0]) == pytest.approx([900.0, 1800.0])  # 1852 m/s are 3600 nmi/h
 
 

@@ -294,3 +294,24 @@ def test_what_engaging_and_resuming_take_over() -> None:
     pilot.engage(m, elevator=0.11, aileron=0.12, rudder=0.13, throttle=0.14)
     assert (pilot.heading, pilot.height, pilot.airspeed) == (1.0, 1000.0, 82.0)
     assert (pilot.elevator, pilot.aileron, pilot.rudder, pilot.throttle) == (0.11, 0.12, 0.13, 0.14)
+
+
+def test_gains_follow_the_dynamic_pressure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """(reference/airspeed)², with the airspeed at least 0.6 of the reference, for gains that are scheduled; without a
+    schedule the pressure alone. True airspeeds are at least 20 m/s."""
+    asked: list[tuple[float, ...]] = []
+    for name in ("_roll", "_pitch", "_power", "_yaw"):
+        monkeypatch.setattr(Autopilot, name, lambda self, state, *given: asked.append(given))
+    pilot, state = instrumented()
+    reference = pilot._reference
+    for scheduled, share, ratio in ((True, 0.8, 1.25), (True, 0.5, 1.0 / 0.6), (False, 0.8, 1.25)):
+        pilot._gains = pilot._gains.model_copy(update={"airspeed_scheduled": scheduled})
+        state.cas, state.tas = share * reference, 15.0 if share == 0.5 else 90.0
+        pilot.step(state)
+        tas, own, square = (20.0 if share == 0.5 else 90.0), ratio if scheduled else 1.0, ratio**2
+        feedback = square if scheduled else 1.0
+        assert asked == [
+            pytest.approx((tas, own, feedback)), pytest.approx((tas, own, feedback, square)), pytest.approx((tas,)),
+            pytest.approx((tas, feedback)),
+        ]  # fmt: skip
+        asked.clear()

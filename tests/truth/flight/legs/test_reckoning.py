@@ -236,6 +236,9 @@ def test_slopes_at_the_places_of_a_route() -> None:
     assert leg.end_height(500.0) == 1100.0
     with_angle = WaypointLeg(type="waypoint", waypoints=[places[0], {**places[1], "path_deg": 3.0}, places[2]])
     assert with_angle.slopes_at(500.0, 0.0, 0.0) == [0.0, 0.0, 0.0]
+    for radius, slope in ((4990.0, 0.02), (5010.0, 0.0)):  # a way of less than two radii has no slope of its own
+        near = WaypointLeg(type="waypoint", waypoints=places, capture_radius_m=radius)
+        assert near.slopes_at(500.0, 0.0, 0.0) == pytest.approx([slope, 0.0, 0.0], rel=1e-9)
     unnamed = WaypointLeg(type="waypoint", waypoints=[{k: v for k, v in p.items() if k != "name"} for p in places])
     assert unnamed.label(1) == "waypoint 2"
     assert WaypointLeg(type="waypoint", latitude_deg=1.0, longitude_deg=2.0).label(0) is None
