@@ -46,10 +46,11 @@ def checked_text(text: str, file: Path) -> dict[str, Any]:
     with _checking:
         checked = _checked(text, file)
         (first, *_) = checked["mistakes"] or [{"line": 0, "text": ""}]
-        if first["line"] and first["text"].startswith("TOML"):  # a line that is being written hides no other mistakes
-            lines = text.split("\n")
-            lines[first["line"] - 1] = ""
-            others = _checked("\n".join(lines), file)["mistakes"]
+        lines = ["", *text.split("\n")]
+        # a key that is being written hides no other mistakes; without a header, keys would seem to be of another table
+        if first["text"].startswith("TOML") and first["line"] < len(lines) and "[" not in lines[first["line"]]:
+            lines[first["line"]] = ""
+            others = _checked("\n".join(lines[1:]), file)["mistakes"]
             checked["mistakes"] += [other for other in others if other["line"] and not other["text"].startswith("TOML")]
         return checked
 

@@ -51,6 +51,8 @@ def test_a_line_that_is_being_written_hides_no_other_mistakes() -> None:
     text = PARKED.replace("rate_hz", "rate_khz").replace("[parked]", "[parked]\nlongi")
     found = checked_text(text, FILE)["mistakes"]
     assert [(mistake["line"], mistake["text"].split()[0]) for mistake in found] == [(4, "TOML"), (9, "unknown")]
+    found = checked_text(PARKED.replace("[imu]", "x[imu]"), FILE)["mistakes"]  # a header: what follows is unknown
+    assert [mistake["line"] for mistake in found] == [7]
 
 
 def test_the_plan_is_that_of_the_command(tmp_path: Path) -> None:
