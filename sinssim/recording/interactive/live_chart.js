@@ -122,6 +122,7 @@ const live = (() => {
       of: curve, named: (curve.name || chart.title || chart.y.label || "value") + (curve.band ? curve.lower ? ": low" : ": high" : ""),
       points: {show: Boolean(curve.dots), size: curve.dots || 0, fill: () => css(curve.color)},
       value: (u, v, number) => {
+        if (curve.lower) return ""; // the upper edge says both
         if (!curve.band) return reading(curve.width ? between(u, number, cursor(u)) : v, chart.y.unit);
         const [high, low] = [number, number + 1].map(edge => between(u, edge, cursor(u)));
         if (high === null || low === null) return "–";
@@ -341,16 +342,16 @@ const live = (() => {
     figure.querySelector(".curves").remove();
     figure.classList.remove("drawn");
     drawn.splice(drawn.indexOf(old), 1);
-    await draw(figure, old.seen);
+    await draw(figure);
     refresh();
   }
 
-  async function draw(figure, seen = false) {
+  async function draw(figure) {
     const still = figure.querySelector("svg"), chart = figure.chart ?? JSON.parse(figure.dataset.chart);
     const {width, height} = still.getBoundingClientRect();
     const wasLog = chart.wasLog = chart.y.log, asked = (kept("log") ?? "").split(" ").includes(chart.key);
     const {data, options, bands} = series(chart, chart.arrays ?? await unpack(chart));
-    if (figure.chart && figure.chart !== chart) return draw(figure, seen); // it has become another meanwhile
+    if (figure.chart && figure.chart !== chart) return draw(figure); // it has become another meanwhile
     const values = data.slice(1).flat();
     chart.logs = wasLog || !chart.bands.some(band => band.share) && values.some(v => v > 0) && !values.some(v => v < 0);
     chart.y.log = wasLog !== (asked && chart.logs);
@@ -406,11 +407,17 @@ const live = (() => {
       const wide = figure.clientWidth;
       if (wide > 0 && Math.abs(wide - plot.width) > 1) plot.setSize({width: wide, height: room()});
     });
-    Object.assign(chart, {plot, figure, options, seen, sized});
+    Object.assign(chart, {plot, figure, options, seen: Boolean(figure.seen), sized});
     plot.setSize({width, height: room()});
     sized.observe(figure);
     drawn.push(chart);
     shared.draws.forEach(call => call(chart));
+  }
+
+  // A table that is wider than the page can be moved with the keys.
+  function reach(table) {
+    if (table.scrollWidth <= table.clientWidth + 1) return void table.removeAttribute("tabindex");
+    Object.assign(table, {tabIndex: 0, role: "group", ariaLabel: "Table, wider than the page"});
   }
 
   function begin() {
@@ -429,6 +436,7 @@ const live = (() => {
       for (const {target, isIntersecting} of found) {
         const chart = drawn.find(({figure}) => figure === target);
         if (chart) chart.seen = isIntersecting;
+        target.seen = isIntersecting; // also while another chart is drawn in its place
       }
       refresh();
     });
@@ -440,8 +448,11 @@ const live = (() => {
       if (k >= 0) drawn.splice(k, 1)[0].plot.destroy();
     };
     document.querySelectorAll("figure.live").forEach(shared.add);
+    const wide = new ResizeObserver(found => found.forEach(({target}) => reach(target)));
+    const tables = place => place.querySelectorAll(".wide:not([role])").forEach(table => wide.observe(table));
+    tables(document);
     for (const place of document.querySelectorAll("[data-live]")) {
-      shared.parts[place.className](place).catch(console.error); // the sentence in its place stays
+      shared.parts[place.className](place).then(() => tables(place), console.error); // the sentence in its place stays
     }
     for (const hint of document.querySelectorAll(".hint")) hint.hidden = false;
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {

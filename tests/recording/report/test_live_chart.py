@@ -21,7 +21,7 @@ import pytest
 from PIL import Image
 
 from sinssim.charts import TIME, Axis, Band, Bars, Chart, Charts, Dots, Limit, Line, Remark, Rule, Shares, over
-from sinssim.exhibits import Exhibits, Sentence
+from sinssim.exhibits import Column, Exhibits, Sentence, Table
 from sinssim.recording.interactive.live_chart import can_live, policy, with_scripts
 from sinssim.recording.page import page_of
 from sinssim.recording.svg_chart import html_of
@@ -482,6 +482,27 @@ def test_a_narrow_page_fits(page: Page) -> None:
     page.drawn()
     assert page.value("document.documentElement.scrollWidth") <= 360
     page.size(1250, 1000)
+
+
+def test_the_cursor_reads_surfaces_and_a_wide_table_is_reached_by_keys(browser: Page, tmp_path: Path) -> None:
+    """Half-way, the lower surface is 20 m high and the upper one 80 m."""
+    time = np.array([0.0, 1800.0, 3600.0])
+    shares = Shares(x=time, parts=np.array([[10.0, 20.0, 30.0], [90.0, 80.0, 70.0]]), labels=("low", "high"),
+                    colors=("cep", "r95"))  # fmt: skip
+    wide = Table(tuple(Column(f"a long head {k}") for k in range(40)), [tuple(range(40))])
+    path = tmp_path / "page.html"
+    path.write_text(page_of(Exhibits("p", (group(chart(shares)), wide))), encoding="utf-8")
+    browser.problems.clear()
+    browser.open(file_address(path), "live.drawn.length === 1")
+    browser.value("document.querySelector('.live').focus()")
+    browser.key("Home", *["ArrowRight"] * 5, shift=True)
+    browser.drawn()
+    names, values = zip(*(part.split("\xa0")[0].rsplit(" ", 1) for part in browser.value(
+        "document.querySelector('.said').textContent").split(", ")), strict=True)  # fmt: skip
+    assert names == ("time", "high", "low")
+    assert list(map(float, values)) == pytest.approx([30.0, 80.0, 20.0], abs=0.1)
+    assert browser.problems == []
+    assert browser.value("(t => [t.tabIndex, t.getAttribute('role')])(document.querySelector('.wide'))") == [0, "group"]
 
 
 def test_curves_without_values_leave_the_others(browser: Page, tmp_path: Path) -> None:
