@@ -13,7 +13,7 @@ from sinssim.errors import InputError
 from sinssim.system.outputs import Draft
 from sinssim.truth.aircraft_design.acceptance_flight import LegErrors, fly_acceptance
 from sinssim.truth.aircraft_design.aircraft_file import aircraft_text
-from sinssim.truth.aircraft_design.linear_model import LATERAL, VERTICAL, FlownResponses
+from sinssim.truth.aircraft_design.linear_model import LATERAL, VERTICAL, FlownResponses, LinearModel
 from sinssim.truth.aircraft_design.loop_design import DesignPoint, LoopDesign, design_loops, engine_response
 from sinssim.truth.aircraft_design.model_survey import Survey, find_model, survey
 from sinssim.truth.aircraft_design.trimmed_envelope import TrimmedModel, quick_envelope
@@ -31,7 +31,7 @@ LONGEST = 600.0
 _HEIGHTS = (3000.0, 1500.0, 600.0)  # of the design, the first that has a range of airspeeds [m]
 _FACTORS = (1.15, 1.25, 1.4, 1.6, 1.8, 2.0, 2.3, 2.7, 3.2, 4.0)  # airspeeds that are tried, over the stall's
 _RANGE = 1.15  # least ratio of the fastest to the slowest level flight
-_RESPONSE = (10.0, 12.0)  # of the lateral and the longitudinal responses: two short periods of a slow aircraft [s]
+_RESPONSES = ((LATERAL, 10.0), (VERTICAL, 12.0))  # and their time [s]: two short periods of a slow aircraft
 _MISFIT = 0.2  # of a linear model that is used
 _PACES = (1.0, 0.6, 0.35)  # of the loops, over the fastest with the margins: what is tried until the flight is accepted
 _STEEPEST = 30.0  # climb and descent that are looked for before the thrust is known, degrees
@@ -121,21 +121,29 @@ class _Design:
         )
         self._envelope(height, slow, fast, _steepest(points[0]))
         self._change(performance=self._performance(height))
-        refusal = InputError("no design")
-        for pace in _PACES:
-            climb = max(self._aircraft.performance.climb_mps, self._aircraft.performance.descent_mps)
-            design = design_loops(points, climb, pace=pace)
-            self._change(autopilot=design.gains)
-            self._report("flying the acceptance plan", 0.8 + 0.06 * _PACES.index(pace))
+        refusals = list[InputError]()
+        for number, pace in enumerate(_PACES):
             try:
-                errors = fly_acceptance(str(self._folder), self._aircraft.performance, height)
+                climb = max(self._aircraft.performance.climb_mps, self._aircraft.performance.descent_mps)
+                design = design_loops(points, climb, pace=pace)
+                self._change(autopilot=design.gains)
+                self._report("flying the acceptance plan", 0.8 + 0.06 * number)
+                errors = self._acceptance(height)
             except InputError as error:
-                refusal = InputError(f"the acceptance flight fails: {_plainly(str(error), self._folder)}")
+                refusals.append(error)
                 continue
-            if not (excess := [words for one in errors if (words := one.excess())]):
-                return self._aircraft, design, height, errors
-            refusal = InputError(f"the loops do not hold it in the acceptance flight: {'; '.join(excess[:2])}")
-        raise refusal
+            return self._aircraft, design, height, errors
+        raise refusals[0]
+
+    def _acceptance(self, height: float) -> tuple[LegErrors, ...]:
+        """Return the errors of the acceptance flight; raise if it fails or does not hold the limits."""
+        try:
+            errors = fly_acceptance(str(self._folder), self._aircraft.performance, height)
+        except InputError as error:
+            raise InputError(f"the acceptance flight fails: {_plainly(str(error), self._folder)}") from error
+        if excess := [words for one in errors if (words := one.excess())]:
+            raise InputError(f"the loops do not hold it in the acceptance flight: {'; '.join(excess[:2])}")
+        return errors
 
     def _change(self, **new: object) -> None:
         """Change the aircraft and its file."""
@@ -230,7 +238,7 @@ def design_points(
         hold = {"type": "hold", "duration_s": 1.0}
         flown = FlownResponses(FlightPlan.model_validate({"aircraft": aircraft, "start": start, "legs": [hold]}))
         try:
-            lateral, vertical = flown.linear(LATERAL, _RESPONSE[0]), flown.linear(VERTICAL, _RESPONSE[1])
+            lateral, vertical = (_linear(flown, motion, time) for motion, time in _RESPONSES)
         except InputError as error:
             if points:  # an end of the range may be too near to the stall or the ceiling
                 continue
@@ -239,8 +247,18 @@ def design_points(
         if misfit <= _MISFIT:
             points.append(DesignPoint(flown.trim, at, lateral, vertical))
         elif not points:
-            raise InputError(f"its responses at cruise are not linear: a linear model misses {100.0 * misfit:.0f} %")
+            share = f"{100.0 * min(1.0, misfit):.0f} %"
+            raise InputError(f"its responses to small steps at cruise are not linear: a linear model misses {share}")
     return points
+
+
+def _linear(flown: FlownResponses, motion: tuple[tuple[str, ...], tuple[str, ...]], seconds: float) -> LinearModel:
+    """Return a linear model of the longest responses that are linear: those of an unstable aircraft soon are not."""
+    for part in (1.0, 0.5, 0.3):
+        model = flown.linear(motion, part * seconds)
+        if model.misfit <= _MISFIT:
+            break
+    return model
 
 
 def _steepest(point: DesignPoint) -> float:

@@ -28,6 +28,7 @@ _PITCH_CROSSOVER, _ROLL_CROSSOVER, _YAW_CROSSOVER = 8.0, 4.0, 2.0
 """Largest crossovers, rad/s: a twentieth of the commands' 188 rad/s at most, whose hold costs 8°."""
 _CORNER = 2.0  # corner of the rate loops, 1/s: below the crossover, so that the integral costs at most 30° there
 _LADDER = np.geomspace(0.002, 8.0, 70)  # gains that are tried, steps of 1 dB
+_EARLY = 0.4  # of a response that is still that of the rate alone [s]
 _HORIZON = 8.0  # of a simulated response [s]; the models are of 12 s
 _SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the inverse of the plant, as feedforward
 _SPEED_INTEGRAL, _DAMPING = 0.003, 0.9  # of the airspeed: 1 m/s moves the throttle by a tenth in half a minute
@@ -139,8 +140,13 @@ def design_loops(
     Raises:
         InputError: an axis does not answer its control, or no gain leaves the margins.
     """
-    reference = points[0].trim.cas
-    scheduled = _follows_pressure(points) if airspeed_scheduled is None else airspeed_scheduled
+    if airspeed_scheduled is None:
+        likely = _follows_pressure(points)
+        try:
+            return design_loops(points, climb, pace=pace, airspeed_scheduled=likely)
+        except InputError:
+            return design_loops(points, climb, pace=pace, airspeed_scheduled=not likely)
+    reference, scheduled = points[0].trim.cas, airspeed_scheduled
     places = [_Scheduled(point, reference, scheduled=scheduled) for point in points]
     pitch_gain = _largest(
         places, lambda at, k: [at.pitch(k, _CORNER * k)], pace * _PITCH_CROSSOVER, "elevator", _settles_q
@@ -217,9 +223,10 @@ def _follows_pressure(points: Sequence[DesignPoint]) -> bool:
     slow, fast = min(points, key=_airspeed), max(points, key=_airspeed)
     if fast.trim.cas < 1.1 * slow.trim.cas:
         return True
-    at, exponents = np.array([3.0]), 0.0
-    for quick, lazy in ((fast.vertical, slow.vertical), (fast.lateral, slow.lateral)):
-        grown = abs(quick.response(at)[0, 0, 0]) / abs(lazy.response(at)[0, 0, 0])
+    early, exponents = round(_EARLY / INTERVAL), 0.0  # before the Dutch roll and the airspeed answer
+    for quick, lazy, control in (
+        (fast.vertical, slow.vertical, "elevator"), (fast.lateral, slow.lateral, "aileron")):  # fmt: skip
+        grown = abs(quick.step(control, early)[-1, 0] / lazy.step(control, early)[-1, 0])
         exponents += math.log(grown) / math.log(fast.trim.cas / slow.trim.cas)
     return exponents / 2.0 > 0.7
 
@@ -289,6 +296,20 @@ def _pitch_feedforward(at: _Scheduled, gain: float, integral: float) -> float:
     return min(_SHARES, key=cost) * inverse
 
 
+def _roll_lag(model: LinearModel) -> float:
+    """Return the time constant τ that K (1 − e^(−t/τ)) has in common with the first second of the roll rate, s."""
+    rate = model.step("aileron", round(1.0 / INTERVAL))[:, 0]
+    if rate[round(_EARLY / INTERVAL)] <= 0.0:
+        raise InputError("a positive aileron does not roll the aircraft to the right")
+    time = np.arange(len(rate)) * INTERVAL
+
+    def missed(lag: float) -> float:
+        shape = 1.0 - np.exp(-time / lag)
+        return float(np.sum((rate - shape * (shape @ rate) / (shape @ shape)) ** 2))
+
+    return float(min(np.geomspace(0.05, 2.0, 150), key=missed))
+
+
 def _full_roll_rate(at: _Scheduled) -> float:
     return float(1.0 / max(1e-6, np.real(1.0 / at.point.lateral.response(np.array([1.0]))[0, 0, 0])))
 
@@ -296,10 +317,7 @@ def _full_roll_rate(at: _Scheduled) -> float:
 def _lateral(places: Sequence[_Scheduled], pace: float) -> tuple[_Lateral, float, float]:
     """Return the lateral gains, the time constant of the roll rate, s, and the feedforward of the roll rate."""
     first = places[0]
-    inverse = 1.0 / first.point.lateral.response(np.array([2.0]))[0, 0, 0]
-    if inverse.real <= 0.0:
-        raise InputError("a positive aileron does not roll the aircraft to the right")
-    roll_lag = float(min(2.0, max(0.05, inverse.imag / (2.0 * inverse.real))))  # 1/G = (1 + jωτ)/K at ω = 2 rad/s
+    roll_lag = _roll_lag(first.point.lateral)
     corner = min(_CORNER, 1.0 / roll_lag)
 
     def lateral(gain: float, bank_gain: float = 1.0) -> _Lateral:
