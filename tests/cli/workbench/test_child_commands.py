@@ -124,6 +124,15 @@ def test_the_end_leaves_no_process(stand_in: Path) -> None:
     until(lambda: not exists(grandchild))
 
 
+def test_the_end_kills_a_command_that_goes_on(stand_in: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (stand_in / "program").write_text(STAND_IN.replace('"echo Interrupted.; exit 130"', "''"))
+    monkeypatch.setattr(child_commands, "_PATIENCE", 0.1)
+    with Children(stand_in) as children:
+        child, grandchild = started(stand_in, children)
+    assert child.process.poll() == -signal.SIGKILL
+    until(lambda: not exists(grandchild))
+
+
 def test_the_second_cancelling_kills(stand_in: Path) -> None:
     (stand_in / "program").write_text((stand_in / "program").read_text().replace('"echo Interrupted.; exit 130"', "''"))
     with Children(stand_in) as children:
