@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from sinssim import rotation
 from sinssim.alignment.alignment_budget import best_headings
 from sinssim.alignment.determination import determine
 from sinssim.alignment.initial_conditions import _spread, initial_state
@@ -18,9 +19,10 @@ from sinssim.analyses.alignment_session import _check_is_scenario, align
 from sinssim.analyses.noise.noise_report import Samples, _of_scenario, chosen_channels, part
 from sinssim.arguments import check_increasing, checked_initial, numbers
 from sinssim.cli.commands.analyses import _check_out
-from sinssim.data import ImuData, Measurements
+from sinssim.data import ImuData, Measurements, NavState
 from sinssim.earth.transverse_route import route_pole
 from sinssim.errors import InputError
+from sinssim.experiments.ensembles.batch_navigation import _initial
 from sinssim.experiments.ensembles.ensemble_execution import Group, compute_task
 from sinssim.experiments.experiment_directory import Kind, read_manifest
 from sinssim.experiments.run.paced_stream import pace_of, place_of
@@ -35,7 +37,11 @@ from sinssim.logs.recorded_log import _check_scale
 from sinssim.logs.recorded_streams import InertialStream
 from sinssim.logs.track_preparation import track_format
 from sinssim.sensors.aiding.gnss import with_quality
+from sinssim.sensors.imu.fields import TriadErrors
+from sinssim.sensors.imu.imu_errors import _check_triad
+from sinssim.sensors.imu.laser_gyro import detuning, path_change
 from sinssim.simulation.foreign_navigator import VARIABLE, check_permission, check_programs
+from sinssim.statistics.random_numbers import key
 from sinssim.statistics.requirement_verdict import tally
 from sinssim.statistics.requirements import parse_requirement
 from sinssim.strapdown.attitude import functional_iteration
@@ -247,6 +253,30 @@ MESSAGES: list[tuple[Callable[[Path], Any], str]] = [
      "AT/a.csv: $COL,GNSS has no column sAcc."),
     (lambda at: read_file(written(at, "b.csv", FLYSIGHT.replace("81.75", "high"))),
      "AT/b.csv: the column hMSL of GNSS: could not convert string to float: 'high'."),
+    (lambda at: rotation.quaternion_from_euler("x", 0.0, 0.0), "roll = 'x' is not an array of numbers: it holds text."),
+    (lambda at: rotation.quaternion_from_euler(0.0, "x", 0.0),
+     "pitch = 'x' is not an array of numbers: it holds text."),
+    (lambda at: rotation.quaternion_from_euler(0.0, 0.0, "x"),
+     "heading = 'x' is not an array of numbers: it holds text."),
+    (lambda at: rotation.rotate(np.zeros((2, 3)), np.zeros(3)),
+     "expected an array with 4 values in its last axis, got shape (2, 3)."),
+    (lambda at: rotation.normalize(np.zeros((5, 3))),
+     "a quaternion needs 4 values in its last axis, not the shape (5, 3)."),
+    (lambda at: rotation.quaternion_from_dcm(np.zeros((3, 4))),
+     "a direction cosine matrix needs the shape (3, 3) in its last axes, not (3, 4)."),
+    (lambda at: key(-1), "the seed -1 cannot be used; it must be a whole number from 0 to 2⁶⁴ − 1."),
+    (lambda at: detuning(NONE, 0.0, -5.0), "thermal_speed = -5.0 m/s must be positive."),
+    (lambda at: path_change(NONE, 1.0, 1.0, 1.5),
+     "control = 1.5, the fraction that path-length control removes, must lie between 0 and 1."),
+    (lambda at: omitted_triad("gyro", correlation_time=-2.0), "gyro correlation_time = -2.0 s must be greater than 0."),
+    (lambda at: omitted_triad("gyro", random_walk=-2.0), "gyro random_walk = -2.0 (SI) must be at least 0."),
+    (lambda at: omitted_triad("gyro", scale=np.array([0.0, -1.0, 0.0])),
+     "gyro scale = [0.0, -1.0, 0.0] must be greater than −1 (a reading of zero)."),
+    (lambda at: omitted_triad("accelerometer", g_sensitivity=np.eye(3)),
+     "accelerometer g_sensitivity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] (SI) must be zero; it is an "
+     "error of gyros."),
+    (lambda at: _initial([START, START, START], 2),
+     "a batch needs one initial state, or one for each of 2 runs; there are 3."),
     (lambda at: pace_of("fast"), "--pace fast must be a number, or max."),
     (lambda at: pace_of("-1"), "--pace -1 must be positive: 1 is the pace of the clock, max the fastest."),
 ]  # fmt: skip
@@ -261,9 +291,14 @@ FLYSIGHT = (
     "$GNSS,2024-05-01T10:00:00.00Z,50.5,8.5,81.75,1.0,2.0,3.0,0.5,0.7,0.1,9\n"
     "$GNSS,2024-05-01T10:00:00.20Z,50.5,8.5,81.75,1.0,2.0,3.0,0.5,0.7,0.1,9\n"
 )
+START = NavState(0.5, 0.2, 100.0, np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
 SAMPLES = Samples("increments", np.arange(5.0, 9.0), {})
 PLACE = (np.pi / 6.0, np.pi / 18.0)
 KIND = Kind("results.json", (), "cells", "trade", "a", "trade study")
+
+
+def omitted_triad(name: str, **fields: Any) -> None:
+    _check_triad(TriadErrors(**fields), name)
 
 
 def navigator(library: str | None = None, command: list[str] | None = None, file: Path | None = None) -> Any:
