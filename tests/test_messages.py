@@ -15,6 +15,7 @@ from sinssim import rotation
 from sinssim.alignment.alignment_budget import best_headings
 from sinssim.alignment.determination import determine
 from sinssim.alignment.initial_conditions import _spread, initial_state
+from sinssim.alignment.parked_theory import Attitude, _check_regular
 from sinssim.analyses.alignment_session import _check_is_scenario, align
 from sinssim.analyses.noise.noise_report import Samples, _of_scenario, chosen_channels, part
 from sinssim.arguments import check_increasing, checked_initial, numbers
@@ -277,6 +278,12 @@ MESSAGES: list[tuple[Callable[[Path], Any], str]] = [
      "error of gyros."),
     (lambda at: _initial([START, START, START], 2),
      "a batch needs one initial state, or one for each of 2 runs; there are 3."),
+    (lambda at: _check_regular(Attitude(np.zeros(2), np.zeros(2), np.zeros(2)), np.radians([50.0, 89.96])),
+     "the latitude is 89.9600 deg (element [1]): at a pole the heading is undefined and the first-order error theory "
+     "does not hold; stay at least 0.05 deg away."),
+    (lambda at: _check_regular(Attitude(np.zeros(()), np.zeros(()), np.radians(-90.0)), np.zeros(())),
+     "the pitch is -90.0000 deg: with a vertical axis heading and roll are undefined and the first-order error theory "
+     "does not hold; stay at least 0.05 deg away."),
     (lambda at: pace_of("fast"), "--pace fast must be a number, or max."),
     (lambda at: pace_of("-1"), "--pace -1 must be positive: 1 is the pace of the clock, max the fastest."),
 ]  # fmt: skip

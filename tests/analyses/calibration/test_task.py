@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -306,3 +307,14 @@ def test_the_compensation_file_gives_the_arm_of_each_accelerometer_in_a_row() ->
     assert len(np.unique(arms)) > 3
     rows = tomllib.loads(compensation_text(one))["compensation"]["accel_arms_mm"]
     np.testing.assert_allclose(rows, 1e3 * arms, rtol=1e-6)
+
+
+def test_the_table_in_a_notebook() -> None:
+    """Values 1, 2 … with 1σ 0.1, 0.2 … in the unit of each parameter; the last one of 24 is not observable."""
+    page = result()._repr_html_()
+    assert "Calibration of c, separate" in page
+    cells = [re.findall(r">([^<]+)</t[hd]>", row) for row in page.split("<tr>")[1:]]
+    assert cells[0] == ["parameter", "estimate", "1σ", "unit"]
+    assert cells[1] == ["gyro bias x", "1", "0.1", "deg/h"]
+    assert cells[4] == ["gyro scale x", "4", "0.4", "ppm"]
+    assert cells[24] == ["accel misalignment zy", "not observable", "2.4", "arcsec"]

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import sinssim
+from sinssim.analyses.error_budget import error_sources
 from sinssim.analyses.error_budget.error_sources import (
     SensorConstant,
     SensorGiven,
@@ -22,6 +24,7 @@ from sinssim.analyses.error_budget.error_sources import (
 )
 from sinssim.analyses.error_budget.share_propagation import AlongWay, Flicker, GaussMarkov, Sum, Walk
 from sinssim.data import Array
+from sinssim.sensors.aiding_sensor import SensorState
 from sinssim.truth.true_gravity_disturbance import RemainderModel
 from tests.analyses.error_budget.worlds import scenario
 
@@ -241,3 +244,16 @@ def test_the_sum_of_white_noise() -> None:
     step = Sum().step(4.0)
     assert (step.keep.tolist(), step.fresh.tolist()) == ([[1.0]], [[2.0]])
     assert (step.mean_of_state.tolist(), step.mean_of_fresh.tolist()) == ([0.0], [0.5])
+
+
+def test_the_size_of_a_sensors_error_is_its_largest_component() -> None:
+    """Constants in one source, of 3 m; a scale factor in ppm; what the filter alone has, and what is zero, is none."""
+    sensor: Any = SimpleNamespace(states=lambda: (
+        SensorState("gnss-position bias", (1.0, 3.0, 2.0)), SensorState("baro scale", (2e-4,)),
+        SensorState("airspeed wind", (5.0, 5.0), drawn=False), SensorState("baro bias", (0.0,)),
+    ))  # fmt: skip
+    kinds = {"gnss-position": "gnss-position", "baro": "baro-height"}
+    position, scale = error_sources._states("gnss", sensor, kinds)
+    assert (position.source.value, position.source.unit, position.source.label) == (3.0, "m", "position bias")
+    assert (scale.source.value, scale.source.unit) == (200.0, "ppm")
+    assert position.sigma.tolist() == [1.0, 3.0, 2.0]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
+from sinssim.experiments.studies.trade_schema import MOST_CELLS
 from sinssim.experiments.study import sweep
 
 
@@ -77,3 +78,8 @@ def test_settings_of_study_and_scenario() -> None:
     found = sweep("parked", ["imu.grade=tactical"], ["cell=ensemble", "runs=7", "imu.rate_hz=20", "seed=3"])
     assert (found.name, found.scenario, found.cell, found.runs) == ("parked-trade", "parked", "ensemble", 7)
     assert found.set == ("imu.rate_hz=20", "seed=3")
+
+
+def test_as_many_values_as_a_study_has_cells() -> None:
+    written = ",".join(map(str, range(1, MOST_CELLS + 1)))
+    assert [*values(written, "seed")] == list(range(1, MOST_CELLS + 1))
