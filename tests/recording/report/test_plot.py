@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -399,3 +400,24 @@ def test_where_a_curve_hardly_changes_in_a_column_it_has_one_point() -> None:
     assert py.tolist() == [*(low[:7] + 0.25), 14.0, 23.5, *(low[8:] + 0.25), low[99] + 0.25]
     few = np.arange(198.0)
     assert svg._settled(few, few)[0] is few
+
+
+def test_an_area_has_at_most_1200_points_on_each_side() -> None:
+    """Along its lower side and back along the upper one, without what is not known."""
+    x = np.arange(5000.0)
+    text = svg._area(x, x + 1.0, np.where(x == 0.0, np.nan, x + 2.0), "red", 0.25)
+    around = re.findall(r"([\d.]+),([\d.]+)", text)
+    assert len(around) == 2400
+    assert around[0] == ("1", "2")
+    assert around[1199:1201] == [("4999", "5000"), ("4999", "5001")]
+    assert around[-1] == ("1", "3")
+    assert 'fill="red" fill-opacity="0.25"' in text
+    assert svg._area(x[:1], x[:1], x[:1], "red", 0.25) == ""
+
+
+def test_the_legend_of_several_charts_has_their_name() -> None:
+    line = Line(label="first", x=np.arange(2.0), y=np.arange(2.0))
+    chart = Chart(key="k", x=over((0.0, 1.0)), y=Axis(label="y", units=fixed("m")), marks=(line, line))
+    text = svg_chart._common_legend(Charts("g", ((chart,), (chart,)), (6.0, 3.0), named="solution"))
+    assert re.findall(r">([^<]+)</text>", text) == ["solution:", "first"]
+    assert svg_chart._common_legend(Charts("g", ((replace(chart, marks=()),),), (6.0, 3.0))) == ""
