@@ -15,14 +15,17 @@ from sinssim import rotation
 from sinssim.alignment.alignment_budget import best_headings
 from sinssim.alignment.determination import determine
 from sinssim.alignment.initial_conditions import _spread, initial_state
-from sinssim.alignment.parked_theory import Attitude, _check_regular
+from sinssim.alignment.parked_theory import Attitude, InstrumentErrors, _check_regular
 from sinssim.analyses.alignment_session import _check_is_scenario, align
+from sinssim.analyses.calibration.turntable_calibration import calibrate
 from sinssim.analyses.noise.noise_report import Samples, _of_scenario, chosen_channels, part
 from sinssim.arguments import check_increasing, checked_initial, numbers
 from sinssim.cli.commands.analyses import _check_out
+from sinssim.content import package_content
 from sinssim.data import ImuData, Measurements, NavState
 from sinssim.earth.transverse_route import route_pole
 from sinssim.errors import InputError
+from sinssim.estimation.state_model import Block
 from sinssim.experiments.ensembles.batch_navigation import _initial
 from sinssim.experiments.ensembles.ensemble_execution import Group, compute_task
 from sinssim.experiments.experiment_directory import Kind, read_manifest
@@ -37,10 +40,13 @@ from sinssim.logs.numeric_columns import bad_row
 from sinssim.logs.recorded_log import _check_scale
 from sinssim.logs.recorded_streams import InertialStream
 from sinssim.logs.track_preparation import track_format
+from sinssim.scenario import load_scenario
+from sinssim.scenario.true_motion import fly
 from sinssim.sensors.aiding.gnss import with_quality
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu_errors import _check_triad
 from sinssim.sensors.imu.laser_gyro import detuning, path_change
+from sinssim.sensors.sets.fault_detection import threshold
 from sinssim.simulation.foreign_navigator import VARIABLE, check_permission, check_programs
 from sinssim.statistics.random_numbers import key
 from sinssim.statistics.requirement_verdict import tally
@@ -52,11 +58,14 @@ from sinssim.truth.curve import checked_knots
 from sinssim.truth.flight.jsbsim_model import _changed_model
 from sinssim.truth.motions.coning_and_rocking import SpinRock
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
+from sinssim.truth.motions.turntable import Dwell, RotationTable, Turn
 from sinssim.truth.motions.vibration import Mount
 
 NONE: Any = None
 FIXES = Measurements("gnss-position", np.zeros(2), np.zeros(2), np.ones((2, 3)), np.ones((2, 3)))
 KNOTS = np.arange(9.0), np.outer(np.arange(9.0), [7e6, 1.0, 1.0]), np.tile([1.0, 0.0, 0.0, 0.0], (9, 1))
+
+PRODUCTS = len(list((package_content("scenarios") / "grades").glob("*.toml")))
 
 
 def knots(column: int, row: int, value: float) -> Any:
@@ -284,6 +293,37 @@ MESSAGES: list[tuple[Callable[[Path], Any], str]] = [
     (lambda at: _check_regular(Attitude(np.zeros(()), np.zeros(()), np.radians(-90.0)), np.zeros(())),
      "the pitch is -90.0000 deg: with a vertical axis heading and roll are undefined and the first-order error theory "
      "does not hold; stay at least 0.05 deg away."),
+    (lambda at: Block("gyro bias", np.array([1.0, -2.0, 3.0])),
+     "block 'gyro bias': sigma = [ 1. -2.  3.] must be finite and not negative."),
+    (lambda at: Block("gyro bias", 1.0, correlation_time=-5.0),
+     "block 'gyro bias': correlation_time = -5.0 s must be positive."),
+    (lambda at: InstrumentErrors(np.ones((2, 4)), 1.0, 1.0, 1.0),
+     "gyro_bias has shape (2, 4); give one number, or (..., 3) forward-right-down."),
+    (lambda at: RotationTable([Dwell(3.0), Turn((0.0, 0.0, 1.0), 1.0, -2.0, 1.0)]),
+     "step 2 of the rotation table: its rate of -2.0 rad/s must be positive and finite."),
+    (lambda at: RotationTable([Turn((0.0, 0.0, 0.0), 1.0, 2.0, 1.0)]),
+     "step 1 of the rotation table: its axis (0.0, 0.0, 0.0) must have three finite numbers, not all zero."),
+    (lambda at: RotationTable([Turn((0.0, 0.0, 1.0), np.radians(30.0), np.radians(20.0), 2.0)]),
+     "step 1 of the rotation table: a turn by 30° never reaches 20°/s with ramps of 2 s; use a ramp of at most 1.5 s "
+     "or a lower rate."),
+    (lambda at: parse_requirement("r95(3 weeks) <= 1 m"),
+     "requirement 'r95(3 weeks) <= 1 m': (3 weeks) needs a unit of time, one of s, min, h; write it like "
+     """"r95(3600 s) <= 1852 m"."""),
+    (lambda at: threshold(1.5, 3), "false_alarm = 1.5 must be a probability between 0 and 1."),
+    (lambda at: threshold(0.1, 0), "freedom = 0 must be at least 1: three sensors have no redundancy."),
+    (lambda at: read_file(written(at, "a.gpx", '<?xml version="1.0"?>\n<gpx>\n<trk>')),
+     "AT/a.gpx, line 3: no element found; the file is not complete XML."),
+    (lambda at: calibrate("parked"),
+     "the scenario parked has no sequence to calibrate with: add [turntable], for example with sequence = "
+     '"19-positions", or give the scenario calibration_table or calibration_systematic.'),
+    (lambda at: fly(load_scenario("one_component")),
+     "the scenario one_component has [one_component], a motion in a vertical plane without a position on the Earth: "
+     "only `sinssim run` supports it. Give a scenario with [flight], [parked], [great_circle], [motion], "
+     "[track] or [turntable]."),
+    (lambda at: load_scenario("parked", ["imu.grade=laser-standrd"]),
+     "parked: imu.grade: unknown IMU grade 'laser-standrd'. Did you mean 'laser-standard'? Known: "
+     f"consumer, ideal, laser-navigation, laser-standard, mems-industrial, mems-tactical, tactical, and {PRODUCTS} "
+     "products (`sinssim list grades`) (set from outside the file)."),
     (lambda at: pace_of("fast"), "--pace fast must be a number, or max."),
     (lambda at: pace_of("-1"), "--pace -1 must be positive: 1 is the pace of the clock, max the fastest."),
 ]  # fmt: skip

@@ -22,7 +22,7 @@ from PIL import Image
 
 from sinssim.charts import TIME, Axis, Band, Bars, Chart, Charts, Dots, Limit, Line, Remark, Rule, Shares, over
 from sinssim.exhibits import Column, Exhibits, Sentence, Table
-from sinssim.recording.interactive.live_chart import can_live, policy, with_scripts
+from sinssim.recording.interactive.live_chart import _thinned, can_live, policy, with_scripts
 from sinssim.recording.page import page_of
 from sinssim.recording.svg_chart import html_of
 from sinssim.units import DEG, LENGTH_SCALE, fixed
@@ -129,6 +129,21 @@ def test_bands_shares_lines_across_limits_and_remarks() -> None:
     assert [band["name"] for band in data["bands"]] == ["high", "low"]
     np.testing.assert_allclose([numbers(data, band["low"])[1] for band in data["bands"]], [0.2, 0.0], rtol=1e-6)
     np.testing.assert_allclose([numbers(data, band["high"])[1] for band in data["bands"]], [1.0, 0.2], rtol=1e-6)
+
+
+def test_gaps_of_a_curve_and_the_width_of_its_columns() -> None:
+    """A gap begins the next piece; the width kept is that of the widest column of extremes, s."""
+    long = np.linspace(0.0, 3600.0, 400_001)
+    values = np.where(np.abs(long - 900.0) < 1.0, np.nan, long)
+    line = Line(label="a", x=long, y=values)
+    x, y, step = _thinned(line, log=False)
+    gap = np.flatnonzero(np.isnan(y))
+    assert len(gap) == 1
+    assert x[gap[0]] == x[gap[0] + 1] == long[np.flatnonzero(np.isnan(values))[-1] + 1]
+    widest = max(899.0 / round(4096.0 * 899.0 / 3600.0), 2699.0 / round(4096.0 * 2699.0 / 3600.0))
+    assert step == pytest.approx(widest, rel=1e-4)
+    assert _thinned(replace(line, step=9.0), log=False)[2] == 9.0
+    assert len(_thinned(line, log=True)[0]) == np.count_nonzero(np.isfinite(values)) + 1
 
 
 def test_how_marks_are_drawn() -> None:
