@@ -170,9 +170,11 @@ def test_what_is_said_of_a_platform_that_cannot_point_north_or_diverged() -> Non
     assert info.value.time == 6.0
     _check("wander", zeros, time, latitude, zeros, zeros, velocity, q)
     velocity[2, 1] = np.nan
-    with pytest.raises(RunError, match=r"the velocity of the platform's navigation diverged .* at t = 7\.00 s\.") as error:
+    with pytest.raises(
+        RunError, match=r"the velocity of the platform's navigation diverged .* at t = 7\.00 s\."
+    ) as info:
         _check("wander", zeros, time, latitude, zeros, zeros, velocity, q)
-    assert error.value.time == 7.0
+    assert info.value.time == 7.0
 
 
 def test_forces_of_a_platform_that_are_no_numbers() -> None:
