@@ -48,7 +48,8 @@ code { font-family: ui-monospace, "Liberation Mono", monospace; font-size: .92em
   .pair svg[role] { width: 100%; max-width: 44rem; } }
 .broken { border-left: 5px solid #b03a00; padding: .4rem 1rem; max-width: none; background: var(--head); }
 th.group { text-align: center; } .first { border-left: 1px solid var(--line); }
-.wide { overflow-x: auto; } svg { max-width: 100%; height: auto; display: block; }
+.wide { overflow-x: auto; } .wide:focus-visible { outline: 2px solid var(--soft); }
+svg { max-width: 100%; height: auto; display: block; }
 svg text { font-family: system-ui, "Segoe UI", "Liberation Sans", Arial, sans-serif; }
 .met { color: var(--good); font-weight: 600; } .missed { color: var(--bad); font-weight: 600; }
 .partly { color: var(--fair); font-weight: 600; } .undecided { font-weight: 600; }

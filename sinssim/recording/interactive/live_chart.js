@@ -414,12 +414,6 @@ const live = (() => {
     shared.draws.forEach(call => call(chart));
   }
 
-  // A table that is wider than the page can be moved with the keys.
-  function reach(table) {
-    if (table.scrollWidth <= table.clientWidth + 1) return void table.removeAttribute("tabindex");
-    Object.assign(table, {tabIndex: 0, role: "group", ariaLabel: "Table, wider than the page"});
-  }
-
   function begin() {
     const near = new IntersectionObserver(found => {
       for (const {target, isIntersecting} of found) {
@@ -448,11 +442,8 @@ const live = (() => {
       if (k >= 0) drawn.splice(k, 1)[0].plot.destroy();
     };
     document.querySelectorAll("figure.live").forEach(shared.add);
-    const wide = new ResizeObserver(found => found.forEach(({target}) => reach(target)));
-    const tables = place => place.querySelectorAll(".wide:not([role])").forEach(table => wide.observe(table));
-    tables(document);
     for (const place of document.querySelectorAll("[data-live]")) {
-      shared.parts[place.className](place).then(() => tables(place), console.error); // the sentence in its place stays
+      shared.parts[place.className](place).catch(console.error); // the sentence in its place stays
     }
     for (const hint of document.querySelectorAll(".hint")) hint.hidden = false;
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {

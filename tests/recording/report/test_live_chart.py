@@ -220,6 +220,11 @@ def test_where_the_scripts_of_a_page_are() -> None:
     assert "<script>" not in found[1]
     assert len(found) == 7
     assert with_scripts(["<p>"]) == ["<p>"]
+    table = '<div class="wide"><table>'
+    first, script = with_scripts([table])  # which says when a table is wider than the page
+    assert first == table
+    assert script.startswith("<script>")
+    assert "uPlot" not in script
 
 
 BAD = '</script><img src=x onerror="window.hit = 1"><b onmouseover=hit()>'

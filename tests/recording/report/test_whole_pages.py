@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from types import SimpleNamespace
 from typing import Any
 
@@ -22,8 +23,9 @@ from tests.recording.spies import cells
 
 
 def body(html: str) -> list[str]:
-    """Return the lines of a page's body."""
-    return html.partition("<body><main>\n")[2].removesuffix("\n</main></body></html>\n").split("\n")
+    """Return the lines of a page's body, without those of a script."""
+    inside = html.partition("<body><main>\n")[2].removesuffix("\n</main></body></html>\n")
+    return re.sub(r"\n<script>.*</script>", "", inside, flags=re.DOTALL).split("\n")
 
 
 def stand_ins(monkeypatch: pytest.MonkeyPatch, module: Any, *names: str) -> None:

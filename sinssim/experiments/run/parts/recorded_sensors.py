@@ -22,7 +22,7 @@ from sinssim.experiments.run.error_exhibits import (
     schuler_period,
     singularity_exhibits,
 )
-from sinssim.experiments.run.filter_exhibits import THREE, mark_at
+from sinssim.experiments.run.filter_exhibits import THREE, mark_at, spread_of
 from sinssim.experiments.run.motion_exhibits import (
     between_text,
     distance_text,
@@ -88,7 +88,9 @@ class Log(Part["LogNumbers"]):
         tracks = [Track.of(name, best.time, best, style.tint(color) if log.reference is not None else color)]
         if (reference := log.reference) is not None:
             tracks.append(Track.of("reference", reference.time, reference, "truth"))
-        yield Beside([track_map(tracks, WGS84, outages=log.outages, note=NOTE.format(name)), self._facts(name, best)])
+        spread = spread_of(self.aided) if name == "aided" and self.aided is not None else None
+        shown = track_map(tracks, WGS84, outages=log.outages, spread=spread, note=NOTE.format(name))
+        yield Beside([shown, self._facts(name, best)])
         marks = _outage_marks(log)
         yield from motion_charts(best.time, state, marks, run.scenario.output.angles)
         yield Section("Inertial data", list(recorded_readings(run.sensed.measured, marks)))
