@@ -15,7 +15,7 @@ from sinssim.truth.aircraft_design.acceptance_flight import LegErrors, fly_accep
 from sinssim.truth.aircraft_design.aircraft_file import aircraft_text
 from sinssim.truth.aircraft_design.linear_model import LATERAL, VERTICAL, FlownResponses, LinearModel
 from sinssim.truth.aircraft_design.loop_design import DesignPoint, LoopDesign, design_loops, engine_response
-from sinssim.truth.aircraft_design.model_survey import Survey, find_model, survey
+from sinssim.truth.aircraft_design.model_survey import Survey, engine_words, find_model, survey
 from sinssim.truth.aircraft_design.trimmed_envelope import TrimmedModel, quick_envelope
 from sinssim.truth.flight.aircraft import Aircraft, AutopilotGains, Envelope, Performance, climb_rate, descent_rate
 from sinssim.truth.flight.atmosphere import Air
@@ -101,7 +101,7 @@ class _Design:
         if copied:
             shutil.copytree(place, folder / place.name)
         self._aircraft = Aircraft(
-            description=facts.title,
+            description=f"{facts.title}, {facts.mass_kg / 1e3:.3g} t, {engine_words(len(facts.engines))}",
             jsbsim_model=place.name,
             model_changes=facts.model_changes,
             mounting=AT_REFERENCE_POINT,

@@ -12,7 +12,7 @@ from sinssim.errors import InputError
 from sinssim.system.outputs import Draft
 from sinssim.truth.aircraft_design.acceptance_flight import LegErrors
 from sinssim.truth.aircraft_design.loop_design import LEAST_DB, LEAST_DEG, LoopDesign
-from sinssim.truth.aircraft_design.model_survey import Survey
+from sinssim.truth.aircraft_design.model_survey import Survey, engine_words
 from sinssim.truth.flight.aircraft import Aircraft, Envelope
 from sinssim.units import KNOT
 
@@ -65,9 +65,9 @@ def aircraft_text(
     if facts is not None:
         lines[:0] = [
             f"# Made by `sinssim aircraft add {facts.name}` from JSBSim's model: {facts.mass_kg:.0f} kg, wing "
-            f"{facts.wing_m2:.1f} m², {len(facts.engines)} engines ({facts.engines[0]}).",
+            f"{facts.wing_m2:.1f} m², {engine_words(len(facts.engines))} ({facts.engines[0]}).",
         ]
-    lines += ["", "[mounting]", *_table(data["mounting"])]
+    lines += ["", "[mounting]   # forward, right, down of the centre of gravity", *_table(data["mounting"])]
     if aircraft.model_changes:
         lines += [
             "",

@@ -46,7 +46,8 @@ def design_apart(model: str, folder: Path | None, report: Report) -> DesignedAir
         try:
             found: DesignedAircraft = other.answer(hear)  # type: ignore[arg-type]
         except RunError as error:
-            raise RefusedError(f"the model {model} cannot be flown: {error}") from error
+            what = str(error).split(":")[0].rstrip(".")  # its output is lost
+            raise RefusedError(f"the model {model} cannot be flown: {what}.") from error
     return found
 
 

@@ -58,6 +58,11 @@ def package_models() -> dict[str, Path]:
     return {path.name: path for path in sorted(place.iterdir()) if (path / f"{path.name}.xml").is_file()}
 
 
+def engine_words(count: int) -> str:
+    """Return a number of engines in words."""
+    return {0: "no engine", 1: "1 engine"}.get(count, f"{count} engines")
+
+
 def described_models() -> dict[str, str]:
     """Return the models of JSBSim's package with their engines and what they call themselves; a file with a fault must
     not hide the others."""
@@ -65,8 +70,7 @@ def described_models() -> dict[str, str]:
     for name, place in package_models().items():
         try:
             root = _definition(place)
-            count = len(_engine_files(place, root))
-            engines = {0: "no engine", 1: "1 engine"}.get(count, f"{count} engines")
+            engines = engine_words(len(_engine_files(place, root)))
             title = " ".join((root.get("name") or "").split())
             found[name] = f"{title}, {engines}" if title else engines
         except InputError as error:

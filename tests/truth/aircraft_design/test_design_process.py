@@ -30,12 +30,18 @@ def serve_crash() -> None:
 
 
 def test_a_process_without_an_answer_is_ended() -> None:
-    begun, heard = time.monotonic(), []
-    with OtherProcess("kite", "serve_never", __name__, 3.0) as other:
-        with pytest.raises(RunError, match="flew the kite gave no answer for 3 s and was ended"):
-            other.answer(heard.append)
-        assert time.monotonic() - begun < 30.0
-    assert heard == [("trimming", 0.5)]
+    heard: list[tuple[float, object]] = []
+    with OtherProcess("kite", "serve_never", __name__, 600.0) as other:
+
+        def hear(word: object) -> None:
+            heard.append((time.monotonic(), word))
+            other._patience = 1.0  # from here on: a busy machine may take long to start it
+
+        with pytest.raises(RunError, match="flew the kite gave no answer for 1 s and was ended"):
+            other.answer(hear)
+    (begun, word), *more = heard
+    assert (word, more) == (("trimming", 0.5), [])
+    assert 1.0 <= time.monotonic() - begun < 30.0
 
 
 @pytest.mark.parametrize(
