@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.truth.aircraft_design.model_survey import described_models, find_model, package_models, survey
+from sinssim.truth.aircraft_design.model_survey import _feeds, described_models, find_model, package_models, survey
 
 
 def test_the_facts_of_the_airliner() -> None:
@@ -74,3 +75,12 @@ def test_models_that_are_not_there(tmp_path: Path) -> None:
     (tmp_path / "kite.xml").write_text("")
     with pytest.raises(InputError, match="the folder of the model kite must have the name kite"):
         find_model("kite", tmp_path)
+
+
+def test_engines_burn_the_fuller_tanks_if_their_own_hold_seconds() -> None:
+    """Of 1000 + 900 + 3 lb, the 3 lb are 0.16 %: the first engine burns tank 0, the second keeps its tank 1."""
+    tanks = "".join(f'<tank type="FUEL"><contents>{fuel}</contents></tank>' for fuel in (1000.0, 900.0, 3.0))
+    root = ElementTree.fromstring(
+        f"<f><propulsion><engine><feed>2</feed></engine><engine><feed>1</feed></engine>{tanks}</propulsion></f>"
+    )
+    assert _feeds(root) == {"propulsion/engine[1]/feed": "0"}

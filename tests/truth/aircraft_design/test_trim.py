@@ -124,3 +124,33 @@ def test_the_table_has_heights_in_rows_and_fills_what_cannot_be_trimmed(monkeypa
     assert trimmed_envelope._filled([[1.23456, None]], [3.0]) == ((1.23, 1.23),)
     with pytest.raises(InputError, match=r"cannot be trimmed at 1500 m: give lower heights\."):
         trimmed_envelope._filled([[1.0], [None]], [500.0, 1500.0])
+
+
+def test_the_quick_envelope_follows_the_throttle_to_its_ends() -> None:
+    """The throttle is 0.5 + γ/20°: full at 10°, idle at −10°; another is full at 8° but fails to trim beyond 5°."""
+    asked = list[float]()
+
+    def made(most: float, slope: float) -> Any:
+        def flies(height: float, speed_kt: float, angle_deg: float) -> bool:
+            asked.append(angle_deg)
+            return abs(angle_deg) <= most
+
+        one = model(flies)
+        one.throttle = lambda: 0.5 + slope * asked[-1]
+        return one
+
+    climb, descent = (made(10.001, 0.05).quick_steepest(3000.0, 150.0, sign) for sign in (1.0, -1.0))
+    assert climb == pytest.approx(vertical_speed(10.0), rel=2e-3)
+    assert descent == pytest.approx(-vertical_speed(-10.0), rel=2e-3)
+    assert len(asked) < 10  # level flight, a first secant, and what it leads to
+    stuck = made(5.0, 0.5 / 8.0).quick_steepest(3000.0, 150.0, 1.0)
+    assert vertical_speed(4.5) < stuck <= vertical_speed(5.0)
+    assert model(lambda height, speed, angle: False).quick_steepest(3000.0, 150.0, 1.0) is None
+
+
+def test_the_quick_ends_are_known_to_an_eighth_of_a_gap() -> None:
+    level = model(lambda height, speed, angle: 93.7 <= speed <= 221.3)
+    slow, fast = level.quick_ends(3000.0, [80.0, 100.0, 200.0, 240.0])
+    assert (slow, fast) == (95.0, 220.0)  # of steps of 2.5 and 5 kt
+    assert level.quick_ends(3000.0, [100.0, 200.0]) == (100.0, 200.0)
+    assert level.quick_ends(3000.0, [10.0, 20.0]) == (0.0, 0.0)
