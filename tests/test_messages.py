@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -26,11 +27,13 @@ from sinssim.data import ImuData, Measurements, NavState
 from sinssim.earth.transverse_route import route_pole
 from sinssim.errors import InputError
 from sinssim.estimation.state_model import Block
+from sinssim.experiments import experiment_directory
 from sinssim.experiments.ensembles.batch_navigation import _initial
 from sinssim.experiments.ensembles.ensemble_execution import Group, compute_task
 from sinssim.experiments.experiment_directory import Kind, read_manifest
 from sinssim.experiments.run.paced_stream import pace_of, place_of
 from sinssim.experiments.studies.position_claims import gyro_free
+from sinssim.experiments.studies.study_directory import StudyDirectory
 from sinssim.experiments.studies.study_results import Evidence
 from sinssim.experiments.studies.trade_schema import MOST_CELLS
 from sinssim.experiments.study import FORM, load_study, sweep
@@ -40,7 +43,9 @@ from sinssim.logs.numeric_columns import bad_row
 from sinssim.logs.recorded_log import _check_scale
 from sinssim.logs.recorded_streams import InertialStream
 from sinssim.logs.track_preparation import track_format
+from sinssim.recording.rerun.viewer import _is_timed
 from sinssim.scenario import load_scenario
+from sinssim.scenario.load import parse_value
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.aiding.gnss import with_quality
 from sinssim.sensors.imu.fields import TriadErrors
@@ -324,6 +329,11 @@ MESSAGES: list[tuple[Callable[[Path], Any], str]] = [
      "parked: imu.grade: unknown IMU grade 'laser-standrd'. Did you mean 'laser-standard'? Known: "
      f"consumer, ideal, laser-navigation, laser-standard, mems-industrial, mems-tactical, tactical, and {PRODUCTS} "
      "products (`sinssim list grades`) (set from outside the file)."),
+    (lambda at: parse_value("1 2", "--set a.b"),
+     "--set a.b: '1 2' is not a TOML value. Valid are a number, true, a word, "
+     '"text in quotes" or an array such as [1, 2, 3]; the shell may have removed quotes.'),
+    (lambda at: _is_timed(written(at, "notes.rrd", "# notes")),
+     "AT/notes.rrd is not a recording, or it is damaged (REASON)."),
     (lambda at: pace_of("fast"), "--pace fast must be a number, or max."),
     (lambda at: pace_of("-1"), "--pace -1 must be positive: 1 is the pace of the clock, max the fastest."),
 ]  # fmt: skip
@@ -375,7 +385,13 @@ def test_a_message(number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     call, text = MESSAGES[number]
     with pytest.raises(InputError) as error:
         call(tmp_path)
-    assert str(error.value).replace(str(tmp_path), "AT") == text
+    told = str(error.value).replace(str(tmp_path), "AT")
+    if "REASON" in text:  # that of a library
+        begin, end = text.split("REASON")
+        assert told.startswith(begin)
+        assert told.endswith(end)
+    else:
+        assert told == text
 
 
 def test_a_file_that_is_no_table() -> None:
@@ -389,6 +405,37 @@ def test_a_file_that_is_no_table() -> None:
     assert str(bad_row(Path("a.csv"), [(7, ["1", "\0"])], [3], ",", ValueError())) == (
         "a.csv, line 7: this is not text, it has zero bytes."
     )
+
+
+def test_directories_of_studies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In use by another process, of another study, begun already, and a disk that is full."""
+    study: Any = SimpleNamespace(name="mine")
+    folder, told = tmp_path / "study", list[str]()
+    with StudyDirectory(folder, study) as directory:
+        monkeypatch.setattr(directory, "free", lambda: 12.4)
+        with (
+            pytest.raises(InputError) as full,
+            directory.writing("the report could not be written to", " All is kept."),
+        ):
+            raise OSError(28, "No space left on device")
+        (folder / directory.KIND.manifest).write_text(json.dumps({"kind": directory.KIND.kind, "name": "other"}))
+        told.append(str(full.value))
+    for options in ({}, {"resume": True}):
+        with pytest.raises(InputError) as error:
+            StudyDirectory(folder, study, **options)
+        told.append(str(error.value))
+    monkeypatch.setattr(experiment_directory, "try_hold", lambda path: None)
+    with pytest.raises(InputError) as error:
+        StudyDirectory(tmp_path / "busy", study)
+    told.append(str(error.value))
+    assert [text.replace(str(tmp_path), "AT") for text in told] == [
+        "the report could not be written to AT/study: No space left on device (12 MB are free). All is kept.",
+        "AT/study already holds a study. Continue or extend it with --resume, give another folder with -o, or replace "
+        "it with --overwrite.",
+        "the study in AT/study cannot be continued: it is the study other, not mine. It stays unchanged; give another "
+        "folder with -o, or replace it with --overwrite.",
+        "another process is computing the study in AT/busy; wait for it, or give another -o.",
+    ]
 
 
 def test_a_frame_without_its_engine(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -319,3 +319,9 @@ def test_physics_in_a_scenario() -> None:
 def test_physics_that_cannot_be(data: dict[str, object], text: str) -> None:
     with pytest.raises(ValidationError, match=text):
         Imu.model_validate(data)
+
+
+def test_the_error_of_an_angle_begins_with_phase_zero() -> None:
+    g, angles = gyro(), 1e-6 * np.sin(np.arange(81.0))
+    np.testing.assert_array_equal(angle_error(g, 0.1, angles), angle_error(g, 0.1, angles, phase=0.0))
+    assert not np.array_equal(angle_error(g, 0.1, angles), angle_error(g, 0.1, angles, phase=1.0))
