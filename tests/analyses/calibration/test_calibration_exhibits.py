@@ -141,6 +141,7 @@ def test_the_singular_values() -> None:
         "Singular values", "direction, by falling information", "1σ before over 1σ after",
     )  # fmt: skip
     assert chart.y.log
+    assert (chart.x.low, chart.x.high, chart.y.low) == (0.0, 5.0, 0.7e-3)
 
 
 def test_the_residuals() -> None:
