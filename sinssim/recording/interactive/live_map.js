@@ -137,6 +137,18 @@
     move(map, west + across * wide * (1 - size), south + up * (north - south) * (1 - size), size);
   }
 
+  // Zooms in about the place of the track that is nearest to the middle of what is shown.
+  function closer(map) {
+    const {track, view: [west, east, south, north]} = map, middle = [(west + east) / 2, (south + north) / 2];
+    let best = middle, least = Infinity;
+    track.x.forEach((x, k) => {
+      const away = Math.hypot(x - middle[0], track.y[k] - middle[1]);
+      if (away < least) [least, best] = [away, [x, track.y[k]]];
+    });
+    const within = v => v >= 0 && v <= 1 ? v : 0.5;
+    zoom(map, 0.5, within((best[0] - west) / (east - west)), within((best[1] - south) / (north - south)));
+  }
+
   // Shows the part with its south-western corner at a place, within the map.
   function move(map, west, south, size = 1) {
     const [a, b, c, d] = map.whole, wide = (map.view[1] - map.view[0]) * size, high = (map.view[3] - map.view[2]) * size;
@@ -152,7 +164,7 @@
 
   const KEYS = {
     ArrowLeft: map => shift(map, -0.1, 0), ArrowRight: map => shift(map, 0.1, 0), ArrowUp: map => shift(map, 0, 0.1),
-    ArrowDown: map => shift(map, 0, -0.1), "+": map => zoom(map, 0.5), "=": map => zoom(map, 0.5), "-": map => zoom(map, 2), Escape: whole,
+    ArrowDown: map => shift(map, 0, -0.1), "+": closer, "=": closer, "-": map => zoom(map, 2), Escape: whole,
   };
 
   // The command that opens the run beside the page in the viewer at the last instant of the cursor.
@@ -166,7 +178,7 @@
   function tools(map, place) {
     const row = document.createElement("div"), {figure} = map;
     row.className = "tools";
-    for (const [name, title, act] of [["+", "Zoom in", () => zoom(map, 0.5)], ["\u2212", "Zoom out", () => zoom(map, 2)], ["whole", "Show the whole map", () => whole(map)],
+    for (const [name, title, act] of [["+", "Zoom in", () => closer(map)], ["\u2212", "Zoom out", () => zoom(map, 2)], ["whole", "Show the whole map", () => whole(map)],
                                       ["3-D", "Copy the command that shows this instant in the viewer", button => command(map, button)]]) {
       const button = document.createElement("button");
       Object.assign(button, {type: "button", textContent: name, title, ariaLabel: title});
