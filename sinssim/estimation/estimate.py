@@ -30,6 +30,7 @@ from sinssim.earth.gravity_disturbance import DisturbingField
 from sinssim.earth.transverse_route import route_along
 from sinssim.errors import InputError, RunError, check_name, shortened
 from sinssim.estimation.error_dynamics import driving_noise
+from sinssim.estimation.filter_kinds import KINDS, LINEAR
 from sinssim.estimation.filter_loop import Loop
 from sinssim.estimation.filter_result import Estimate, Innovations
 from sinssim.estimation.kalman_filter import contradiction
@@ -155,8 +156,15 @@ class FilterOptions:
     added_noise: AddedNoise | None
     field: DisturbingField | None
     encoders: Encoders | None
+    kind: str
+    seed: int
 
     def __post_init__(self) -> None:
+        check_name("kind", self.kind, KINDS)
+        if self.kind == "invariant" and self.loop == "open":
+            raise InputError('kind = "invariant" feeds back after each reading; it needs loop = "closed".')
+        if self.kind not in LINEAR and self.smooth:
+            raise InputError(f"smooth: the filter {self.kind} has no smoother; {' and '.join(LINEAR)} have one.")
         check_name("loop", self.loop, ("closed", "open"))
         gate = None if self.gate is None else number("gate", self.gate, "a probability")
         feedback_s = number("feedback_s", self.feedback_s, "s") if self.feedback_s != np.inf else np.inf
@@ -192,6 +200,8 @@ def estimate(
     added_noise: AddedNoise | None = None,
     field: DisturbingField | None = None,
     encoders: Encoders | None = None,
+    kind: str = "error-state",
+    seed: int = 0,
     **options: Unpack[Options],
 ) -> Estimate:
     """Estimate the errors of inertial navigation from aiding measurements, and correct it.
@@ -224,6 +234,8 @@ def estimate(
         field: disturbing field that the engine knows beside normal gravity.
         encoders: of a block that turns in the vehicle: the state is that of the block, the measurements are those of
             the vehicle.
+        kind: kind of filter, one of `sinssim.estimation.filter_kinds.KINDS`.
+        seed: of the members that an ensemble filter draws.
         **options: fields of the mechanization by name instead.
 
     Returns:
@@ -235,6 +247,7 @@ def estimate(
     how = FilterOptions(
         covariance=covariance, loop=loop, rate_hz=rate_hz, gate=gate, monitor_s=monitor_s, feedback_s=feedback_s,
         smooth=smooth, history=history, row_s=row_s, axes=axes, added_noise=added_noise, field=field, encoders=encoders,
+        kind=kind, seed=seed,
     )  # fmt: skip
     if not isinstance(model, ErrorModel):
         raise InputError(f"model must be an ErrorModel, as error_model() makes one, not {shortened(repr(model))}.")
@@ -270,7 +283,9 @@ def _estimate(
         long_rows=len(engine.time) - 1 < len(imu), added=how.added_noise, encoders=how.encoders,
     )  # fmt: skip
     covariance = _initial_covariance(model, how.covariance)
-    loop = Loop(around, engine, covariance, how.gate, how.monitor_s, how.smooth or how.history, how.row_s)
+    loop = Loop(
+        around, engine, covariance, how.gate, how.monitor_s, how.smooth or how.history, how.row_s, how.kind, how.seed
+    )
     divergence = loop.run(initial, how.feedback_s if how.loop == "closed" else None)
 
     record, count, algorithm = loop.record, loop.done, mechanization.algorithm

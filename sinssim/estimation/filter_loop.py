@@ -6,6 +6,7 @@ Estimates, covariances and innovations are recorded and assembled into the resul
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError, RunError
 from sinssim.estimation.error_dynamics import turn_of_axes
+from sinssim.estimation.filter_kinds import LINEAR, by_group, filter_of
 from sinssim.estimation.filter_result import Divergence, History, corrected
 from sinssim.estimation.kalman_filter import (
     WITHDRAWN,
@@ -197,6 +199,12 @@ class Record:
 _SHORTEST, _OPEN = 1.0, 64.0
 """Length of the first segment of the closed loop and of the next after a large update; segments of the open loop, s."""
 
+
+def _unused(errors: Array) -> Array:
+    """Stand for the function that refers errors of any size, which a covariance has no use for."""
+    return errors
+
+
 _NO_NORTH = "relative to north within 0.1° of a pole, where north depends on the position itself"
 """Why a reading is skipped near a pole."""
 
@@ -206,11 +214,12 @@ class Loop:
 
     def __init__(
         self, around: Surroundings, engine: Segments, covariance: Array, gate: float | None, monitor_s: float,
-        history: bool, row_s: float,
+        history: bool, row_s: float, kind: str = "error-state", seed: int = 0,
     ) -> None:  # fmt: skip
         self.around, self.engine = around, engine
+        self._invariant, self._by_points = kind == "invariant", kind not in LINEAR
         zero_rate = {s for s, r in enumerate(around.readings) if measurement_kind(r.data.kind).mean_rate}
-        self.branches = Branches(Branch.start(covariance, zero_rate))
+        self.branches = Branches(Branch.start(filter_of(kind, covariance, seed), zero_rate))
         self.filter = self.branches.main.filter
         of_gnss = [measurement_kind(readings.data.kind).on_gnss_clock for readings in around.readings]
         self.gates = [InnovationGate(readings, gate, monitor_s if monitored else 0.0)
@@ -306,7 +315,7 @@ class Loop:
             known = self.branches.known(now).filter
             self.record.note(known.x, known.covariance)
             self.done = epoch + 1
-            if closed and observed and np.any(np.abs(self.filter.x) > self._largest):
+            if closed and observed and (self._invariant or np.any(np.abs(self.filter.x) > self._largest)):
                 small = False
             ends = epoch == last or (not small and bool(epochs.on_edge[epoch]))
             due = observed or ends or second
@@ -321,20 +330,23 @@ class Loop:
         fed = np.where(around.model.fed_back, self.filter.x, 0.0) if feed else np.zeros(around.model.size)
         end, turn = rows_of(line.state, slice(count - 1, count)), None
         if feed:
-            before, end = end, corrected(end, fed[None], around.ellipsoid, around.model.axes)
-            turn = turn_of_axes(before, end, len(fed)) if around.model.axes == "transported" else None
+            subtracted = fed
+            if self._invariant:
+                subtracted, turn = by_group(fed)
+            before, end = end, corrected(end, subtracted[None], around.ellipsoid, around.model.axes)
+            if around.model.axes == "transported":
+                turn = turn_of_axes(before, end, len(fed)) @ (np.eye(len(fed)) if turn is None else turn)
         self.record.end_stretch(first, rows_of(line.state, slice(0, count)), self._compensated, fed, end, turn)
         self._compensated = self._compensated + np.where(np.arange(len(fed)) < CORE, 0.0, fed)
-        for branch in self.branches.every():
-            branch.filter.x = branch.filter.x - fed
+        if feed:
+            refer = partial(line.motion().referred, count - 1, fed=fed, after=end) if self._by_points else _unused
+            for branch in self.branches.every():
+                branch.feed(fed, turn, refer)
         inside = self._row_at < around.epochs.time[self.done - 1]  # of the interval between two rows
         if inside:
             self._row.fed_back = self._row.fed_back + fed
-        if turn is not None:
-            for branch in self.branches.every():
-                branch.turn(turn)
-            if inside:
-                self._row.predict(turn, np.zeros_like(turn))  # into the new axes
+        if turn is not None and inside:
+            self._row.predict(turn, np.zeros_like(turn))  # into the new axes
         return NavState(*(part[0] for part in vars(end).values()))
 
     def _parameters(self) -> dict[str, Array]:
@@ -358,7 +370,7 @@ class Loop:
         if self._history:
             self._row.predict(phi, q)
         if not self._restart and not self.branches.waiting:  # by far the most frequent case
-            self.filter.predict(phi, q)
+            self.filter.predict_along(line, k)
             return
         came = {}
         for sensor, begins in self._restart.items():
@@ -373,7 +385,7 @@ class Loop:
                 density = density + line.added[k, 0] @ line.added[k, 0].T
             came[sensor] = half_way @ (density * interval)
         for branch in self.branches.every():
-            branch.predict(phi, q, came)
+            branch.predict(line, k, came)
 
     def _update(self, reading: Observed, epoch: int) -> None:
         readings = self.around.readings[reading.sensor]

@@ -27,10 +27,11 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 import scipy
@@ -41,7 +42,7 @@ from sinssim.data import Array
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.estimation.consistency import scaled_solve
 from sinssim.estimation.filter_result import Divergence, History, Innovations, Reasons, Smoothed, corrected
-from sinssim.estimation.linearisation import Observed, solution_of
+from sinssim.estimation.linearisation import Linearisation, Observed, solution_of
 from sinssim.estimation.state_model import NAVIGATION, ErrorModel
 
 if TYPE_CHECKING:
@@ -55,9 +56,21 @@ class Innovation(NamedTuple):
     covariance: Array
     nis: float
 
+    @classmethod
+    def of(cls, value: Array, covariance: Array) -> Innovation:
+        """Return an innovation with its covariance; its square is NaN where that is singular."""
+        try:
+            squares = float(value @ np.linalg.solve(covariance, value))
+        except np.linalg.LinAlgError:  # readings more accurate than doubles resolve beside P
+            squares = np.nan
+        return cls(value, covariance, squares)
+
 
 class ErrorFilter:
-    """Estimate x and covariance P, (n, n), of a state that starts at zero."""
+    """Estimate x and covariance P, (n, n), of a state that starts at zero, both moved to first order.
+
+    Other kinds of filters are derived from it (`sinssim.estimation.filter_kinds`).
+    """
 
     def __init__(self, covariance: Array) -> None:
         self._filter = KalmanFilter(dim_x=len(covariance), dim_z=1)
@@ -83,40 +96,54 @@ class ErrorFilter:
         """Gain K of the last update, (n, k)."""
         return self._filter.K  # type: ignore[no-any-return]
 
-    def turn(self, matrix: Array) -> None:
-        """Refer estimate and covariance to other axes, by the matrix from the present ones, (n, n)."""
-        self._filter.x = matrix @ self._filter.x
-        self._filter.P = matrix @ self._filter.P @ matrix.T
+    def feed(self, fed: Array, turn: Array | None, refer: Callable[[Array], Array]) -> None:
+        """Go on relative to the solution after a feedback.
+
+        Args:
+            fed: errors that were fed back, (n,).
+            turn: matrix into the axes there, (n, n); None if they are the same.
+            refer: returns errors of any size, (N, n), relative to that solution.
+        """
+        self.x = self.x - fed
+        if turn is not None:
+            self._filter.x = turn @ self._filter.x
+            self._filter.P = turn @ self._filter.P @ turn.T
 
     def predict(self, phi: Array, q: Array) -> None:
         """Predict over one interval by Φ and Q, (n, n)."""
         self._filter.F, self._filter.Q = phi, q  # as arguments they would take filterpy longer
         self._filter.predict()
 
-    def innovation(self, residual: Array, h: Array, r: Array, cross: Array | None = None) -> Innovation:
-        """Return the innovation of a reading with H, (k, n), and R, (k, k); its square is NaN where S is singular.
+    def predict_along(self, line: Linearisation, k: int) -> None:
+        """Predict over the interval before the epoch `k` of a segment."""
+        self.predict(line.phi[k], line.q[k])
+
+    def innovation(self, reading: Observed, r: Array, cross: Array | None = None) -> Innovation:
+        """Return the innovation of a reading with R, (k, k).
 
         `cross` is the covariance of the state's error with the reading's noise, (n, k); None if they are independent.
         """
-        value = residual - h @ self.x
+        h = reading.h
         covariance = h @ self.covariance @ h.T + r
         if cross is not None:
             both = h @ cross
             covariance = covariance + both + both.T
-        try:
-            squares = float(value @ np.linalg.solve(covariance, value))
-        except np.linalg.LinAlgError:  # readings more accurate than doubles resolve beside P
-            squares = np.nan
-        return Innovation(value, covariance, squares)
+        return Innovation.of(reading.residual - h @ self.x, covariance)
 
-    def update(self, residual: Array, h: Array, r: Array, cross: Array | None = None) -> None:
+    def update(self, reading: Observed, r: Array, cross: Array | None = None) -> None:
         """Update the estimate with a reading; the arguments are those of `innovation`."""
         self._filter.R = r
         if cross is None:
-            self._filter.update(residual, H=h)
+            self._filter.update(reading.residual, H=reading.h)
         else:
             self._filter.M = cross
-            self._filter.update_correlated(residual, H=h)
+            self._filter.update_correlated(reading.residual, H=reading.h)
+
+    def copy(self) -> Self:
+        """Return the same estimate, to go on by itself; its arrays are replaced, never changed."""
+        out = copy(self)
+        out._filter = copy(self._filter)
+        return out
 
 
 @dataclass
@@ -131,34 +158,34 @@ class Branch:
     """
 
     @classmethod
-    def start(cls, covariance: Array, zero_rate: set[int]) -> Branch:
+    def start(cls, of: ErrorFilter, zero_rate: set[int]) -> Branch:
         """Return the estimate from all readings at the start, with the numbers of the zero-rate sensors."""
-        return cls(np.inf, ErrorFilter(covariance), {sensor: np.zeros((len(covariance), 3)) for sensor in zero_rate})
+        return cls(np.inf, of, {sensor: np.zeros((len(of.x), 3)) for sensor in zero_rate})
 
     def fork(self, until: float) -> Branch:
         """Return a copy of the estimate that continues with the readings that arrive before an instant, s."""
-        copied = ErrorFilter(self.filter.covariance)
-        copied.x = self.filter.x.copy()
-        return Branch(until, copied, dict(self.cross))
+        return Branch(until, self.filter.copy(), dict(self.cross))
 
-    def turn(self, matrix: Array) -> None:
-        """Refer the estimate to other axes, by the matrix from the present ones, (n, n)."""
-        self.filter.turn(matrix)
-        self.cross = {sensor: matrix @ noise for sensor, noise in self.cross.items()}
+    def feed(self, fed: Array, turn: Array | None, refer: Callable[[Array], Array]) -> None:
+        """Go on relative to the solution after a feedback; the arguments are those of the filter's."""
+        self.filter.feed(fed, turn, refer)
+        if turn is not None:
+            self.cross = {sensor: turn @ noise for sensor, noise in self.cross.items()}
 
-    def predict(self, phi: Array, q: Array, came: dict[int, Array]) -> None:
-        """Predict over one interval; `came` is the increase of `cross` by the gyros' noise in it, by sensor."""
-        self.filter.predict(phi, q)
+    def predict(self, line: Linearisation, k: int, came: dict[int, Array]) -> None:
+        """Predict over the interval before the epoch `k`; `came` is the increase of `cross` by the gyros' noise in it,
+        by sensor."""
+        self.filter.predict_along(line, k)
         for sensor, noise in came.items():
-            self.cross[sensor] = phi @ self.cross[sensor] + noise
+            self.cross[sensor] = line.phi[k] @ self.cross[sensor] + noise
 
     def innovation(self, reading: Observed, r: Array, interval: float) -> Innovation:
         """Return the innovation of a reading with R, (k, k), and the averaging interval of a zero-rate reading, s."""
-        return self.filter.innovation(reading.residual, reading.h, r, self._common(reading, interval))
+        return self.filter.innovation(reading, r, self._common(reading, interval))
 
     def take(self, reading: Observed, r: Array, interval: float) -> None:
         """Update the estimate with a reading; the arguments are those of `innovation`."""
-        self.filter.update(reading.residual, reading.h, r, self._common(reading, interval))
+        self.filter.update(reading, r, self._common(reading, interval))
         for sensor in self.cross:
             self.cross[sensor] = self.cross[sensor] - self.filter.gain @ (reading.h @ self.cross[sensor])
 

@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -25,13 +26,14 @@ from sinssim.estimation.error_dynamics import (
     transport_rate,
     transported_transition,
 )
+from sinssim.estimation.large_errors import PointMotion
 from sinssim.estimation.measurement_epochs import CheckedMeasurements, Epochs
 from sinssim.estimation.state_model import ErrorModel
 from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.sensors.imu.compensation import MeanGyroRates
 from sinssim.sensors.imu.encoder import Encoders
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.measurement_kind import PHI, Comparison, MeasurementKind, V, earth_rate
+from sinssim.sensors.measurement_kind import CORE, PHI, Comparison, MeasurementKind, V, earth_rate
 from sinssim.sensors.vibration_noise import AddedNoise
 from sinssim.strapdown.solution_coordinates import POLAR_LIMIT, carried
 
@@ -236,6 +238,8 @@ class Observed(NamedTuple):
     h: Array  # H, (k, n)
     variance: Array  # diagonal of R, (k,)
     interval: float  # averaging interval of a zero-rate reading, s
+    residuals: Callable[[Array], Array]
+    """Function that returns the residuals, (N, k), if the solution has errors of any size, (N, n)."""
 
 
 @dataclass(frozen=True)
@@ -253,6 +257,7 @@ class Linearisation:
     """Roots of the added noise's spectral densities, gyros and accelerometers, (K, 2, 3, 3); None for none."""
     observed: dict[int, list[Observed]]  # readings of each epoch that has any, in order of arrival
     skipped: list[tuple[int, int]]  # sensor and row of readings of north where there is none
+    motion: Callable[[], PointMotion]  # function that returns the motion of states with errors of any size
 
 
 @dataclass(frozen=True)
@@ -282,6 +287,7 @@ class Segment(NamedTuple):
     phi: Array  # likewise
     calibration: ImuErrors  # compensated errors of the inertial sensors
     parameters: Mapping[str, Array]  # compensated parameters of the aiding sensors, by block
+    motion: Callable[[], PointMotion]  # of states with errors of any size
 
 
 def linearise(
@@ -304,7 +310,14 @@ def linearise(
     if "gyro scale" in model.slices or "gyro misalignment" in model.slices:
         lasts = interval > 0.0
         rate[lasts] = around.gyros.mean(time[:-1][lasts], time[1:][lasts], calibration)
-    phi, q, c_nb, turn = _dynamics(around, state, middle, interval, rate)
+    moving = motion(state, middle, interval, rate, around.gravity, around.ellipsoid, model.axes)
+    phi, q, c_nb, turn = _dynamics(around, state, middle, interval, moving)
+
+    @cache
+    def points() -> PointMotion:
+        readings = moving.rate_b, moving.force_b
+        return PointMotion.along(model, state, interval, readings, around.gravity, around.ellipsoid)
+
     added = None
     if around.added is not None:
         added = around.added.roots(time[:-1])
@@ -321,12 +334,12 @@ def linearise(
             skipped += [(sensor, row) for row in rows[polar].tolist()]
             rows = rows[~polar]
         if len(rows):
-            segment = Segment(first, nominal, here, interval, phi, calibration, parameters)
+            segment = Segment(first, nominal, here, interval, phi, calibration, parameters, points)
             for epoch, reading in _observe(around, segment, sensor, rows):
                 observed.setdefault(epoch, []).append(reading)
     for at_once in observed.values():
         at_once.sort(key=lambda o: float(around.readings[o.sensor].data.arrival[o.row]))
-    return Linearisation(first, here, interval, phi, q, c_nb, turn, added, observed, skipped)
+    return Linearisation(first, here, interval, phi, q, c_nb, turn, added, observed, skipped, points)
 
 
 def added_noise(phi: Array, c_nb: Array, turn: Array | None, roots: Array, interval: Array) -> Array:
@@ -342,11 +355,10 @@ def added_noise(phi: Array, c_nb: Array, turn: Array | None, roots: Array, inter
 
 
 def _dynamics(
-    around: Surroundings, state: NavState, middle: NavState, interval: Array, rate: Array
+    around: Surroundings, state: NavState, middle: NavState, interval: Array, moving: NominalMotion
 ) -> tuple[Array, Array, Array, Array | None]:
     """Return Φ and Q over intervals, and `c_nb` and `turn` of the linearisation."""
     model, gravity, ellipsoid = around.model, around.gravity, around.ellipsoid
-    moving = motion(state, middle, interval, rate, gravity, ellipsoid, model.axes)
     if model.axes == "north":
         phi, q = transition(dynamics(model, moving, gravity, ellipsoid), around.density, interval)
         return phi, q, moving.c_nb, None
@@ -386,16 +398,16 @@ def _observe(
     turns = kind.needs_rate or data.lever_arm.any() or "gnss lever arm" in around.model.slices
     late = delays(kind, data.label, around.model)
 
-    def compared(instant: Array, state: NavState) -> tuple[Array, Array]:
-        rate = np.zeros((len(rows), 3))
+    def rate_at(instant: Array) -> Array:
         if kind.mean_rate:
-            rate = around.gyros.mean(instant - readings.interval[rows], instant, calibration)
-        elif turns:
-            rate = around.gyros.at(instant, calibration)
+            return around.gyros.mean(instant - readings.interval[rows], instant, calibration)
+        return around.gyros.at(instant, calibration) if turns else np.zeros((len(rows), 3))
+
+    def compared(instant: Array, state: NavState, rate: Array, of: Measurements) -> tuple[Array, Array]:
         seen = Prediction(state, rate, around.ellipsoid)
         if around.encoders is not None:
             seen = of_vehicle(seen, around.encoders, instant)
-        return observe(some, seen, around.model, parameters)
+        return observe(of, seen, around.model, parameters)
 
     if late:
         delay = sum(float(parameters[name][0]) for name in late)
@@ -403,7 +415,7 @@ def _observe(
         def shifted(by: float) -> tuple[Array, Array]:
             instant = time + by
             state = near(segment.nominal, instant, around.gyros, calibration, around.ellipsoid, around.model.axes)
-            return compared(instant, state)
+            return compared(instant, state, rate_at(instant), some)
 
         residual, h = shifted(-delay)
         sooner, later = shifted(-delay - _SLOPE)[0], shifted(-delay + _SLOPE)[0]
@@ -411,11 +423,26 @@ def _observe(
         for name in late:  # the quantity changes by its rate times the delay
             h[:, :, around.model.slices[name]] += ((later - sooner) / (2.0 * _SLOPE))[:, :, None]
     else:
-        residual, h = compared(time, rows_of(segment.state, epoch - segment.first))
+        residual, h = compared(time, rows_of(segment.state, epoch - segment.first), rate_at(time), some)
+
+    def residuals(k: int, errors: Array) -> Array:
+        """Return the residuals of the k-th reading for errors of any size; those of parameters are to first order."""
+        count, at_epoch = 1 + len(errors), int(epoch[k]) - segment.first
+        states = segment.motion().states(at_epoch, np.vstack([np.zeros_like(errors[:1]), errors]))
+        value, sigma = (np.broadcast_to(part[k], (count, part.shape[1])) for part in (some.value, some.sigma))
+        instant, rate = np.full(count, time[k]), np.broadcast_to(rate_at(time)[k], (count, 3))
+        again = replace(some, time=instant, arrival=instant, value=value, sigma=sigma)
+        off = compared(instant, states, rate, again)[0]
+        change = off[1:] - off[0]
+        if kind.unit == "rad" and kind.errors == 1:  # across half a turn
+            change = np.remainder(change + np.pi, 2.0 * np.pi) - np.pi
+        return np.asarray(residual[k] + change - errors[:, CORE:] @ h[k, :, CORE:].T)
+
     variance, interval = readings.variance(rows, around.model), readings.interval[rows]
     if around.added is not None and kind.mean_rate:
         variance = variance + np.sum(around.added.roots(time - interval)[:, 0] ** 2, axis=2) / interval[:, None]
-    for at_epoch, *parts in zip(epoch.tolist(), rows.tolist(), residual, h, variance, interval.tolist(), strict=True):
+    of = (rows.tolist(), residual, h, variance, interval.tolist(), map(partial(partial, residuals), range(len(rows))))
+    for at_epoch, *parts in zip(epoch.tolist(), *of, strict=True):
         yield at_epoch, Observed(sensor, *parts)
 
 

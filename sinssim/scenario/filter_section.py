@@ -71,6 +71,11 @@ class FilterSection(Section):
         f"{', '.join(FILTER_STATES)}; default: those that are significant for the grade and the planned motion; "
         f"states of aiding sensors are added automatically",
     )
+    kind: Literal["error-state", "invariant", "unscented", "cubature", "ensemble"] = Field(
+        default="error-state",
+        description="error-state: a Kalman filter of the errors, linear in them; invariant: the same on SE₂(3); "
+        "unscented, cubature: by points through the nonlinear equations; ensemble: by 200 members that are drawn",
+    )
     loop: Literal["closed", "open"] = Field(
         default="closed",
         description="closed: estimated errors are fed back into the navigation equations and the compensation; open: "
@@ -129,6 +134,12 @@ class FilterSection(Section):
     initial_sigma: InitialSigmaSection = Field(default=InitialSigmaSection())
 
     rules = (
+        (lambda s: s.kind == "invariant" and s.loop == "open",
+         'kind = "invariant" feeds back after each reading; it needs loop = "closed"'),
+        (lambda s: s.kind not in ("error-state", "invariant") and s.smooth,
+         'kind = "{s.kind}" has no smoother; smooth needs kind = "error-state" or "invariant"'),
+        (lambda s: s.kind != "error-state" and s.backward,
+         'kind = "{s.kind}" has no filter in reverse time; backward needs kind = "error-state"'),
         (lambda s: s.alignment == "by-course" and s.alignment_s is None,
          'alignment = "by-course" needs alignment_s: until the vehicle moves, and a little longer'),
         (lambda s: s.alignment == "in-motion" and s.alignment_s is None,

@@ -287,6 +287,8 @@ def filtered(
         "loop": section.loop,
         "rate_hz": section.rate_hz,
         "gate": section.gate or None,
+        "kind": section.kind,
+        "seed": scenario.seed,
         "monitor_s": section.monitor_s,
         "row_s": row_s,
         "mechanization": navigation.in_segments(ellipsoid),
