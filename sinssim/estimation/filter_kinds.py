@@ -87,9 +87,9 @@ class PointFilter(ErrorFilter):
             super().update(reading, r, cross)
             return
         value, covariance, across = self._seen(reading, r)
-        gain = scipy.linalg.solve(covariance, across.T, assume_a="pos").T
+        gain = -scipy.linalg.solve(covariance, across.T, assume_a="pos").T  # a reading falls with the state
         self._filter.K = gain
-        self.x = self.x - gain @ value
+        self.x = self.x + gain @ value
         self._filter.P = self.covariance - gain @ covariance @ gain.T
 
     def _drawn(self) -> Array:

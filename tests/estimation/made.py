@@ -7,9 +7,15 @@ import numpy as np
 from sinssim.data import Array, NavState
 from sinssim.estimation import Block, ErrorModel
 from sinssim.estimation.filter_result import History, Innovations, Reasons
+from sinssim.estimation.linearisation import Observed
 
 MODEL = ErrorModel((Block("position", 2.0), Block("velocity", 0.5), Block("attitude", 1e-3)), 1e-4, 1e-3)
 """Nine states, of noise 1e-4 rad/√s and 1e-3 m/s/√s."""
+
+
+def reading(residual: Array, h: Array, interval: float = 0.0) -> Observed:
+    """Return a reading of unit variance that is linear in the errors."""
+    return Observed(0, 0, residual, h, np.ones(len(residual)), interval, lambda errors: residual - errors @ h.T)
 
 
 def history(time: Array, **given: Array) -> History:

@@ -15,6 +15,7 @@ from sinssim.estimation.kalman_filter import ErrorFilter, Innovation, Innovation
 from sinssim.estimation.measurement_epochs import CheckedMeasurements
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.truth.motions.parked_and_great_circle import Parked
+from tests.estimation.made import reading
 from tests.estimation.worlds import biases_only, not_turning, one_run, positions, standing, velocities, weaving
 from tests.slow import slow
 
@@ -53,7 +54,7 @@ def test_the_gate_rejects_right_readings_as_often_as_it_says(
     errors_of_state = rng.standard_normal((count, n)) @ root.T
     noise = rng.standard_normal((count, errors)) * np.sqrt(r.diagonal())
     residuals = errors_of_state @ h.T + noise
-    passed = [gate.passes(row, known.innovation(residuals[row], h, r)) for row in range(count)]
+    passed = [gate.passes(row, known.innovation(reading(residuals[row], h), r)) for row in range(count)]
     rejected = count - sum(passed)
     # binomial, seven chances in a million to be outside
     low, high = binom.ppf((3.4e-6, 1.0 - 3.4e-6), count, probability)
@@ -136,11 +137,11 @@ def test_predict_and_update_are_the_textbooks(tied: bool) -> None:
     expected_p = np.linalg.inv(precision[:n, :n])
     innovation = residual - h @ x
     expected_x = x - expected_p @ precision[:n, n:] @ innovation
-    found = f.innovation(residual, h, r, cross)
+    found = f.innovation(reading(residual, h), r, cross)
     np.testing.assert_allclose(found.value, innovation)
     np.testing.assert_allclose(found.covariance, joint[n:, n:])
     assert found.nis == pytest.approx(innovation @ np.linalg.inv(joint[n:, n:]) @ innovation)
-    f.update(residual, h, r, cross)
+    f.update(reading(residual, h), r, cross)
     np.testing.assert_allclose(f.x, expected_x)
     np.testing.assert_allclose(f.covariance, expected_p, atol=1e-12)
     np.testing.assert_allclose(f.gain, -expected_p @ precision[:n, n:])
@@ -179,8 +180,7 @@ def test_rounding_leaves_the_covariance_symmetric_in_the_long_run(duration: floa
 
 def test_innovation_whose_covariance_is_singular_has_no_square() -> None:
     """Two readings of one quantity without noise: S has the rank 1, and the estimate ends there with a sentence."""
-    found = ErrorFilter(np.eye(2)).innovation(
-        np.array([1.0, 2.0]), np.array([[1.0, 0.0], [1.0, 0.0]]), np.zeros((2, 2))
-    )
+    twice = reading(np.array([1.0, 2.0]), np.array([[1.0, 0.0], [1.0, 0.0]]))
+    found = ErrorFilter(np.eye(2)).innovation(twice, np.zeros((2, 2)))
     assert np.isnan(found.nis)
     np.testing.assert_array_equal(found.value, [1.0, 2.0])

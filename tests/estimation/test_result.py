@@ -26,6 +26,7 @@ from sinssim.simulation.aided_run import _after, _with_noise_factor
 from sinssim.simulation.truth_comparison import Aided, _true_parameters
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.truth.motions.parked_and_great_circle import Parked
+from tests.estimation.made import reading
 
 LATITUDE, LONGITUDE, HEIGHT = 0.9, 0.4, 800.0
 W = 1.0 - 6.69437999014e-3 * np.sin(LATITUDE) ** 2
@@ -123,19 +124,20 @@ def test_a_filters_update_with_noise_that_is_in_the_state() -> None:
         own.x = x.copy()
         s = h @ p @ h.T + r + h @ both + both.T @ h.T
         gain = (p @ h.T + both) @ np.linalg.inv(s)
-        found = own.innovation(z, h, r, common)
+        found = own.innovation(reading(z, h), r, common)
         np.testing.assert_allclose(found.value, z - h @ x, rtol=1e-12)
         np.testing.assert_allclose(found.covariance, s, rtol=1e-9)
         assert found.nis == pytest.approx((z - h @ x) @ np.linalg.solve(s, z - h @ x), rel=1e-9)
-        own.update(z, h, r, common)
+        own.update(reading(z, h), r, common)
         np.testing.assert_allclose(own.x, x + gain @ (z - h @ x), rtol=1e-9)
         np.testing.assert_allclose(own.covariance, p - gain @ s @ gain.T, rtol=1e-8, atol=1e-10)
         np.testing.assert_allclose(own.gain, gain, rtol=1e-9)
     own = ErrorFilter(p)
     own.x = x.copy()
     turn = rng.normal(size=(3, 3))
-    own.turn(turn)
-    np.testing.assert_allclose(own.x, turn @ x)
+    fed = rng.normal(size=3)
+    own.feed(fed, turn, lambda errors: errors)
+    np.testing.assert_allclose(own.x, turn @ (x - fed))
     np.testing.assert_allclose(own.covariance, turn @ p @ turn.T)
 
 

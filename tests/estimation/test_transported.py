@@ -83,7 +83,8 @@ def test_the_attitude_half_way_is_in_the_axes_of_the_end() -> None:
         for s in (slice(0, 3, 2), slice(1, 2))
     ]  # fmt: skip
     around = SimpleNamespace(model=MODEL, gravity="normal", ellipsoid=WGS84, density=np.zeros(MODEL.size))
-    _, _, c_nb, turn = _dynamics(around, *states, np.array([20.0]), RATE[None])  # type: ignore[arg-type]
+    moving = motion(*states, np.array([20.0]), RATE[None], "normal", WGS84, "transported")
+    _, _, c_nb, turn = _dynamics(around, *states, np.array([20.0]), moving)  # type: ignore[arg-type]
     start, middle, end = (oracle.ned_axes(latitude[k], longitude[k]) for k in range(3))
     np.testing.assert_allclose(c_nb[0], end @ middle.T @ C_NB.as_matrix(), rtol=0, atol=1e-4)
     assert turn is not None

@@ -82,7 +82,7 @@ def read(interval: float) -> Any:
     time = np.array([1.0, 2.0, 7.5, 9.0])
     data = Measurements("gnss-velocity", time, time, np.zeros((4, 3)), np.ones((4, 3)), name="gnss")
     gain = RNG.normal(size=(11, 2))
-    found = consider()._reading(gain, Observed(1, 2, RESIDUAL, H, np.ones(2), interval), H_TRUE, data)
+    found = consider()._reading(gain, Observed(1, 2, RESIDUAL, H, np.ones(2), interval, np.copy), H_TRUE, data)
     assert found.gain is gain
     return found
 
@@ -222,7 +222,7 @@ def test_a_correction_is_the_conditional_covariance(interval: float) -> None:
     branch: Any = SimpleNamespace(covariance=p, cross=cross, propagation=SimpleNamespace(read=given.append))
     one = consider()
     one._reading = lambda gain, *rest: (gain, *rest)  # type: ignore[assignment,method-assign,return-value]
-    observed, data = Observed(1, 2, np.zeros(3), h, variance, interval), SimpleNamespace()
+    observed, data = Observed(1, 2, np.zeros(3), h, variance, interval, np.copy), SimpleNamespace()
     one._correct(branch, observed, H_TRUE, data)  # type: ignore[arg-type]
     np.testing.assert_allclose(branch.covariance, p - gain @ innovation @ gain.T, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(branch.cross, cross - gain @ h @ cross, rtol=1e-9, atol=1e-10)
