@@ -192,6 +192,9 @@ ALGORITHMS: Mapping[str, str] = Sentences(REGISTRY)
 SCENARIO_ALGORITHMS: Mapping[str, str] = Sentences(REGISTRY, _NO_ALGORITHM)
 """The names of algorithms in scenarios."""
 
+TAKEN = ("truth", "reference", "ideal", "measured", "compensated", "aided", "smoothed", "backward")
+"""Names of other motions and readings of a run, which no solution may have."""
+
 
 _WHOLE = 2e-6  # relative tolerance of a whole ratio of rates: 33.3333 Hz divides 100 Hz
 _NEAR = 0.01  # absolute tolerance of a whole ratio

@@ -9,6 +9,7 @@ from sinssim.errors import InputError, unknown_name
 from sinssim.formatting import listed
 from sinssim.frames import check_correctable
 from sinssim.scenario.ensemble_section import check_variation
+from sinssim.scenario.filter_section import FilterSection
 from sinssim.scenario.tables import IN_SPACE, OF_FRAME, Tables
 from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.imu.error_term_table import OF_TURNS, TERMS, of_triad
@@ -171,6 +172,16 @@ def _inputs(s: Tables) -> set[str]:
     return {name for navigator in s.navigator for name in navigator.inputs}
 
 
+def _wrong_beside(s: Tables) -> str:
+    """Return why a further filter cannot be with the keys of [filter]."""
+    for number, of in enumerate(s.filters, start=1):
+        whole = of if s.filter is None else of.beside(s.filter)
+        for wrong, message in FilterSection.rules:
+            if it := wrong(whole):
+                return f"{number}: {message.format(s=whole, it=it)}"
+    return ""
+
+
 def _unknown_input(s: Tables) -> str:
     """Return an input of another navigator that the scenario does not have."""
     known = ["imu", *(s.aiding.sensors() if s.aiding else ())]
@@ -252,6 +263,11 @@ DEPENDENCIES: Rules = (
     (lambda s: s.filter and s.filter.monitor_s and not (s.log.gnss if s.log else s.aiding and s.aiding.sensor(Gnss)),
      "filter.monitor_s = {s.filter.monitor_s:g} watches the innovations of GNSS, which this scenario does not have: "
      "add [aiding.gnss] (of a log, [log.gnss]), or remove it"),
+    (lambda s: s.filters and not s.filter,
+     "[[filters]] are beside that of [filter], whose keys they take: add [filter]"),
+    (lambda s: next((of.name for of in s.filters if of.name in {n.name for n in s.navigator}), ""),
+     'two solutions have the name "{it}": rename one of [[navigator]] and [[filters]]'),
+    (_wrong_beside, "filters.{it}"),
     # navigators of others
     (_unknown_input, "navigator.{it}"),
     (lambda s: s.navigator and s.imu.rotation,

@@ -153,6 +153,16 @@ def with_states(scenario: Scenario, moved: Excitation | None = None) -> Scenario
     return scenario.model_copy(update={"filter": section.model_copy(update={"states": states(scenario, moved)})})
 
 
+def with_first(scenario: Scenario, name: str) -> Scenario:
+    """Return a scenario in which a further filter is that of [filter]; the same one for another name."""
+    first = scenario.filter
+    chosen = next((of for of in scenario.filters if of.name == name), None)
+    if first is None or chosen is None:
+        return scenario
+    others = tuple(of.model_copy(update=dict(of.beside(first))) for of in scenario.filters)  # with their own keys
+    return scenario.model_copy(update={"filter": chosen.beside(first), "filters": others})
+
+
 def choice(scenario: Scenario, moved: Excitation | None = None) -> tuple[str, ...]:
     """Return lines of text, one for each block, about the states that a scenario's filter has by default, for the
     motion of `weights`.

@@ -6,17 +6,18 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeVar, cast
 
 from pydantic import AfterValidator, Field, ModelWrapValidatorHandler, create_model, model_validator
 
+from sinssim.algorithms import SCENARIO_ALGORITHMS, TAKEN
 from sinssim.errors import unknown_name
 from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.aiding_registry import BROKEN, CLASSES, sensor_class
 from sinssim.sensors.aiding_sensor import AidingSensor
 from sinssim.system.extensions import Item
 from sinssim.system.registries import ensure, registered
-from sinssim.toml_section import Factor, NotNegative, Positive, Section, once
+from sinssim.toml_section import Factor, NotNegative, Positive, Rules, Section, once
 
 NAVIGATION_STATES = ("position", "velocity", "attitude")
 LEAST_IN_MOTION_S = 45.0
@@ -133,7 +134,7 @@ class FilterSection(Section):
     )
     initial_sigma: InitialSigmaSection = Field(default=InitialSigmaSection())
 
-    rules = (
+    rules: ClassVar[Rules] = (
         (lambda s: s.kind == "invariant" and s.loop == "open",
          'kind = "invariant" feeds back after each reading; it needs loop = "closed"'),
         (lambda s: s.kind not in ("error-state", "invariant") and s.smooth,
@@ -147,6 +148,30 @@ class FilterSection(Section):
         (lambda s: s.alignment == "in-motion" and s.alignment_s < LEAST_IN_MOTION_S,
          f"alignment_s = {{s.alignment_s:g}} must be at least {LEAST_IN_MOTION_S:g} for an alignment in motion"),
     )  # fmt: skip
+
+
+_OF_FIRST = ("smooth", "backward", "diagnose")
+"""Keys of the filter of [filter] alone."""
+
+
+class FurtherFilter(FilterSection):
+    """A filter beside that of [filter] on the same readings; keys that are left out are as there."""
+
+    name: str = Field(
+        pattern=r"^[A-Za-z][\w-]*$", max_length=40, description="name of its solution in tables, plots and files"
+    )
+
+    rules = (
+        (lambda s: ", ".join(key for key in _OF_FIRST if key in s.model_fields_set),
+         "{it}: only the filter of [filter] is smoothed, run in reverse time and diagnosed"),
+        (lambda s: s.name in (*TAKEN, *SCENARIO_ALGORITHMS),
+         'name = "{s.name}" is the name of another solution of a run: choose another'),
+    )  # fmt: skip
+
+    def beside(self, first: FilterSection) -> FilterSection:
+        """Return its section with the keys that are left out from [filter]."""
+        given = {key: getattr(self, key) for key in self.model_fields_set if key != "name"}
+        return first.model_copy(update={**dict.fromkeys(_OF_FIRST, False), **given})
 
 
 _Sensor = TypeVar("_Sensor", bound=AidingSensor)

@@ -17,7 +17,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from sinssim import earth, rotation
-from sinssim.algorithms import MEASURED_ATTITUDE, SCENARIO_ALGORITHMS
+from sinssim.algorithms import MEASURED_ATTITUDE, SCENARIO_ALGORITHMS, TAKEN
 from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import ELLIPSOIDS, Ellipsoid
 from sinssim.errors import InputError
@@ -248,16 +248,12 @@ class NavigationSection(Section):
         return route
 
 
-_TAKEN = ("truth", "reference", "ideal", "measured", "compensated", "aided", "smoothed", "backward")
-"""Names of other motions and readings of a run."""
-
-
 class NavigatorSection(Section):
     """A navigator of somebody else, a program or a shared library, whose solution is one of the run's."""
 
     exactly_one = (Keys(("command", "library"), "command names a program, library a shared library"),)
     rules = (
-        (lambda s: s.name in (*_TAKEN, *SCENARIO_ALGORITHMS),
+        (lambda s: s.name in (*TAKEN, *SCENARIO_ALGORITHMS),
          'name = "{s.name}" is the name of another solution of a run: choose another'),
         (lambda s: "imu" not in s.inputs,
          'inputs must have "imu": a solution belongs to the inertial samples; for example ["imu", "gnss"]'),

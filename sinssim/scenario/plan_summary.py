@@ -121,6 +121,8 @@ def plan_lines(scenario: Tables) -> Iterator[str]:
         named = scenario.filter.states
         states = "states by default" if named is None else ", ".join(named) or "no states of the inertial sensors"
         yield f"filter      {states}; {given(scenario.filter, 'states') or 'all by default'}"
+    for further in scenario.filters:
+        yield f"filter      {further.name}: {given(further, 'name') or 'that of [filter] again'}"
     if scenario.ensemble is not None:
         others = given(scenario.ensemble, "vary", "runs")
         yield f"ensemble    runs = {scenario.ensemble.runs}{', ' if others else ''}{others}"

@@ -106,7 +106,8 @@ def _check_plane(section: OneComponent) -> None:
 def sample_bytes(scenario: Tables, first: float = _SAMPLE_BYTES) -> float:
     """Return the memory per sample of a run, bytes; `first` is that of a run with one algorithm."""
     more = _PLATFORM_BYTES if PLATFORM in scenario.navigation.algorithms else 0.0
-    return first + _ALGORITHM_BYTES * (len(scenario.navigation.algorithms) - 1 + 3 * len(scenario.navigator)) + more
+    solutions = len(scenario.navigation.algorithms) - 1 + 3 * len(scenario.navigator) + len(scenario.filters)
+    return first + _ALGORITHM_BYTES * solutions + more
 
 
 def expected_duration(scenario: Tables) -> float:

@@ -34,7 +34,7 @@ from sinssim.errors import InputError, shortened
 from sinssim.logs.log_settings import Log
 from sinssim.logs.track_motion import Track
 from sinssim.scenario.ensemble_section import EnsembleSection
-from sinssim.scenario.filter_section import AidingSection, FilterSection
+from sinssim.scenario.filter_section import AidingSection, FilterSection, FurtherFilter
 from sinssim.scenario.navigation_section import NavigationSection, NavigatorSection
 from sinssim.sensors.imu.compensation import Compensation
 from sinssim.sensors.imu.imu import Imu
@@ -276,6 +276,7 @@ IN_SPACE = (
     "navigation",
     "navigator",
     "filter",
+    "filters",
     "output",
     "ensemble",
 )
@@ -328,6 +329,9 @@ class Tables(Section):
         description="navigators of others, whose solutions are those of the run, too; see foreign-navigators.md",
     )
     filter: FilterSection | None = None
+    filters: Annotated[tuple[FurtherFilter, ...], once("name", lambda filter: filter.name)] = Field(
+        default=(), description="further filters on the same readings, whose solutions are those of the run, too"
+    )
     output: OutputSection = Field(default=OutputSection())
     recording: RecordingSection = Field(default=RecordingSection())
     ensemble: EnsembleSection | None = None
@@ -380,8 +384,8 @@ class Tables(Section):
 
     @property
     def solution_names(self) -> tuple[str, ...]:
-        """The inertial solutions: those of the algorithms, and those of other navigators."""
-        return (*self.navigation.algorithms, *(navigator.name for navigator in self.navigator))
+        """The solutions beside the aided one: of the algorithms, of other navigators, and of further filters."""
+        return (*self.navigation.algorithms, *(of.name for of in self.navigator), *(of.name for of in self.filters))
 
     @classmethod
     def file_keys(cls) -> dict[str, FieldInfo]:

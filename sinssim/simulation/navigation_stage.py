@@ -262,7 +262,7 @@ class Navigated:
         """Return the same without what can be computed again."""
         sensed = self.sensed
         run = Navigated(self.scenario, replace(sensed, truth=replace(sensed.truth)))
-        if self.scenario.navigator:  # programs are not started a second time
+        if self.scenario.navigator or self.scenario.filters:  # nothing is started or filtered a second time
             vars(run)["_solved"] = self._solved
         return run
 
@@ -299,7 +299,12 @@ def navigate(scenario: Scenario, sensed: Sensed) -> Navigated:
 
 def _solved(scenario: Scenario, sensed: Sensed) -> tuple[dict[str, NavSolution], dict[str, RunError]]:
     s = sensed
-    return solve(scenario, s.truth, s.imu, s.readings.attitude, s.height, s.errors)
+    solutions, failures = solve(scenario, s.truth, s.imu, s.readings.attitude, s.height, s.errors)
+    if scenario.filters:
+        from sinssim.simulation.further_filters import further_solutions
+
+        solutions = {**solutions, **further_solutions(scenario, sensed)}
+    return solutions, failures
 
 
 def what_if(navigated: Navigated, algorithm: str, imu: ImuData, scenario: Scenario | None = None) -> NavError | None:
@@ -319,10 +324,10 @@ def what_if(navigated: Navigated, algorithm: str, imu: ImuData, scenario: Scenar
 
 
 def by_one(scenario: Scenario, name: str) -> Scenario:
-    """Return a scenario that navigates by one of its algorithms, or one of the navigators of others, alone."""
-    others = tuple(navigator for navigator in scenario.navigator if navigator.name == name)
-    navigation = scenario.navigation.model_copy(update={"algorithms": () if others else (name,)})
-    return scenario.model_copy(update={"navigation": navigation, "navigator": others})
+    """Return a scenario that navigates by one of its algorithms, navigators of others or further filters alone."""
+    others = {key: tuple(of for of in getattr(scenario, key) if of.name == name) for key in ("navigator", "filters")}
+    navigation = scenario.navigation.model_copy(update={"algorithms": () if any(others.values()) else (name,)})
+    return scenario.model_copy(update={"navigation": navigation, **others})
 
 
 def solve(
@@ -374,7 +379,7 @@ def solve(
         results |= foreign_solutions(scenario, truth, imu, setup.imu, setup.initial)
     failures = {name: result for name, result in results.items() if isinstance(result, RunError)}
     goes_on = isinstance(truth, RecordedMotion) and scenario.filter is not None  # without them: a long log of a phone
-    if len(failures) == len(results) and not goes_on:
+    if len(failures) == len(results) and not goes_on and not scenario.filters:
         raise next(iter(failures.values()))
     return {name: result for name, result in results.items() if not isinstance(result, RunError)}, failures
 
@@ -386,18 +391,19 @@ def _strapdown(setup: Setup, imu: ImuData, of: Mechanization) -> NavSolution:
     return navigate_set(imu, setup.attitude, setup.initial, of, setup.height)
 
 
-def aid(scenario: Scenario, sensed: Sensed, progress: Progress = silent) -> Aided:
+def aid(scenario: Scenario, sensed: Sensed, progress: Progress = silent, *, history: bool = True) -> Aided:
     """Run the filter of a scenario from the initial state of its inertial solutions.
 
     Args:
         scenario: with a filter, whose states are written out.
         progress: called with what a diagnosis tries and the fraction done.
+        history: whether to keep the history for smoothing and observability.
 
     Returns:
         The aided solution with its errors, or its differences from the reference of recorded sensors.
     """
     if isinstance(sensed.truth, RecordedMotion):
-        return _aid_recorded(scenario, sensed, sensed.truth, progress)
+        return _aid_recorded(scenario, sensed, sensed.truth, progress, history)
 
     from sinssim.simulation.aided_run import aid_run
 
@@ -409,6 +415,7 @@ def aid(scenario: Scenario, sensed: Sensed, progress: Progress = silent) -> Aide
         first_state(scenario, sensed.truth),
         sensed.errors,
         monitored=sensed.readings.monitored,
+        history=history,
         progress=progress,
     )
 
@@ -427,16 +434,19 @@ def recorded_start(scenario: Scenario, sensed: Sensed) -> Start:
     return Start(sensed.imu, first_state(scenario, sensed.truth), None)
 
 
-def _aid_recorded(scenario: Scenario, sensed: Sensed, motion: RecordedMotion, progress: Progress) -> Aided:
+def _aid_recorded(
+    scenario: Scenario, sensed: Sensed, motion: RecordedMotion, progress: Progress, history: bool
+) -> Aided:
     """Run the filter; without a reference it is compared with its own smoothed solution, which has no error then."""
     from sinssim.simulation.recorded_filter_run import aid_recorded, all_readings, as_reference, compare_recorded
     from sinssim.strapdown.navigation_error import NavError
 
-    estimate = aid_recorded(motion.prepared, sensed.imu, recorded_start(scenario, sensed), progress=progress)
+    prepared = replace(motion.prepared, scenario=scenario)
+    estimate = aid_recorded(prepared, sensed.imu, recorded_start(scenario, sensed), history=history, progress=progress)
     reference = motion.reference
     if reference is None and estimate.smoothed is not None:
         reference = as_reference("the smoothed solution", estimate.smoothed.solution)
-    aided = compare_recorded(estimate, all_readings(motion.prepared), reference, float(motion.time[-1]))
+    aided = compare_recorded(estimate, all_readings(prepared), reference, float(motion.time[-1]))
     if motion.reference is None and (smoothed_error := aided.smoothed_error) is not None:
         # it would be zero, up to rounding
         unknown = [

@@ -71,7 +71,7 @@ USUAL: dict[str, dict[str, Any]] = {
                           "algorithms": ("quaternion",), "frame": "level", "gravity": "normal",
                           "baro_time_constant_s": 50.0},
     "AlignmentSection": {"method": "quiet", "duration_s": 300.0},
-    "FilterSection": {"loop": "closed", "alignment": "at-rest", "inertial_noise_factor": 1.0,
+    "FilterSection": {"kind": "error-state", "loop": "closed", "alignment": "at-rest", "inertial_noise_factor": 1.0,
                       "measurement_noise_factor": 1.0, "rate_hz": 10.0, "gate": 1e-4},
     "LogImu": {"kind": "increments", "readings": "instantaneous", "stamps": "as-given", "check_scale": True,
                "delimiter": ",", "decimal": ".", "time": "time_s", "clock": "gps",

@@ -22,6 +22,7 @@ from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
 from sinssim.experiments.ensembles.ensemble_errors import WITHIN
 from sinssim.scenario.ensemble_section import Choice, Normal, Uniform
+from sinssim.scenario.filter_model import with_first
 from sinssim.scenario.plan_summary import own_digests
 from sinssim.simulation.closed_loop import closed_loop, is_guided
 from sinssim.simulation.foreign_navigator import check_programs
@@ -261,7 +262,7 @@ class Plan:
 
     Attributes:
         scenario: the scenario, with its seed.
-        solution: the solution whose errors are kept: an attitude algorithm, or "aided".
+        solution: the solution whose errors are kept: an attitude algorithm, "aided", or one of another name.
         epochs: instants at which errors are kept, (K,) s.
         start: start of the run, s.
         chunk: runs in a file.
@@ -288,7 +289,7 @@ class Plan:
     @property
     def filtered(self) -> bool:
         """Whether the errors of a filter's solution are kept."""
-        return self.solution == AIDED
+        return bool(self.blocks)
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -346,14 +347,16 @@ def make_plan(
     solution = (section.solution if section else None) or (
         AIDED if scenario.filter is not None else scenario.navigation.algorithms[0]
     )
+    by_filter = solution == AIDED or solution in {of.name for of in scenario.filters}
+    scenario = with_first(scenario, solution)
     check_programs(scenario)
     check_times(scenario)
     require = tuple(require)
     check_path(scenario, require)
-    blocks = _blocks(scenario) if solution == AIDED else {}
+    blocks = _blocks(scenario) if by_filter else {}
     check_route(scenario)
     truth = (truths or TruthCache()).of(scenario)
-    sensors = _sensors(scenario, truth) if solution == AIDED else ()
+    sensors = _sensors(scenario, truth) if by_filter else ()
     wanted = [
         (requirement.time, f"requirement {requirement.text!r}") for requirement in require if requirement.when == "at"
     ]

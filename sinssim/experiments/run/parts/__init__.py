@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from sinssim.experiments.run.parts.beside_filter import FurtherFilters
 from sinssim.experiments.run.parts.foreign_navigators import Navigators
 from sinssim.experiments.run.parts.guided_flight import Guidance, OffPath
 from sinssim.experiments.run.parts.imu_mounting import OnPlatform, Rotation
@@ -18,7 +19,8 @@ if TYPE_CHECKING:
     from sinssim.simulation.navigation_stage import Navigated
 
 PARTS: tuple[type[Part[object]], ...] = (
-    Track, TrueGravity, Guidance, OffPath, Navigators, Log, Redundancy, OnPlatform, Rotation, Phases, Outages,
+    Track, TrueGravity, Guidance, OffPath, Navigators, FurtherFilters, Log, Redundancy, OnPlatform, Rotation, Phases,
+    Outages,
 )  # fmt: skip
 """The parts in the order of their entries in `summary.json`."""
 
