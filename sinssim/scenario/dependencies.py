@@ -175,7 +175,7 @@ def _inputs(s: Tables) -> set[str]:
 def _wrong_beside(s: Tables) -> str:
     """Return why a further filter cannot be with the keys of [filter]."""
     for number, of in enumerate(s.filters, start=1):
-        whole = of if s.filter is None else of.beside(s.filter)
+        whole = of.beside(s.filter or FilterSection())
         for wrong, message in FilterSection.rules:
             if it := wrong(whole):
                 return f"{number}: {message.format(s=whole, it=it)}"

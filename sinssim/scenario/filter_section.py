@@ -8,7 +8,15 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeVar, cast
 
-from pydantic import AfterValidator, Field, ModelWrapValidatorHandler, create_model, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    ModelWrapValidatorHandler,
+    SerializerFunctionWrapHandler,
+    create_model,
+    model_serializer,
+    model_validator,
+)
 
 from sinssim.algorithms import SCENARIO_ALGORITHMS, TAKEN
 from sinssim.errors import unknown_name
@@ -63,8 +71,8 @@ class InitialSigmaSection(Section):
     heading_arcmin: AngleSigma | None = Field(default=None, description="1σ of the heading")
 
 
-class FilterSection(Section):
-    """A Kalman filter that uses the aiding sensors. It assumes the true noise unless a factor changes it."""
+class _FilterKeys(Section):
+    """The keys that every filter may have."""
 
     states: Annotated[tuple[StateBlock, ...], once("block")] | None = Field(
         default=None,
@@ -98,11 +106,6 @@ class FilterSection(Section):
         description="interval over which the innovations of GNSS are summed; if a sum contradicts the filter, all "
         "fixes are withdrawn for the rest of the run; 0: no monitor",
     )
-    smooth: bool = Field(default=False, description="whether the solution is smoothed afterwards")
-    backward: bool = Field(
-        default=False,
-        description="whether the filter also runs over the data in reverse time, from the end to the start",
-    )
     alignment: Literal["at-rest", "in-motion", "by-course"] = Field(
         default="at-rest",
         description="coarse alignment: by gravity and the Earth's rate on a vehicle at rest, by GNSS velocities on a "
@@ -125,6 +128,17 @@ class FilterSection(Section):
         "sample, in addition to the sensor noise; 0 if the noise of the sensors is known, about 0.4 for a log of a "
         "MEMS IMU near an engine",
     )
+    initial_sigma: InitialSigmaSection = Field(default=InitialSigmaSection())
+
+
+class FilterSection(_FilterKeys):
+    """A Kalman filter that uses the aiding sensors. It assumes the true noise unless a factor changes it."""
+
+    smooth: bool = Field(default=False, description="whether the solution is smoothed afterwards")
+    backward: bool = Field(
+        default=False,
+        description="whether the filter also runs over the data in reverse time, from the end to the start",
+    )
     diagnose: bool = Field(
         default=False,
         description="whether the program searches for the cause if the innovations are inconsistent with the filter: "
@@ -132,7 +146,6 @@ class FilterSection(Section):
         "sensor error, initial error or noise; the runs together take about two minutes at most, or thirty times as "
         "long as the filter",
     )
-    initial_sigma: InitialSigmaSection = Field(default=InitialSigmaSection())
 
     rules: ClassVar[Rules] = (
         (lambda s: s.kind == "invariant" and s.loop == "open",
@@ -150,28 +163,27 @@ class FilterSection(Section):
     )  # fmt: skip
 
 
-_OF_FIRST = ("smooth", "backward", "diagnose")
-"""Keys of the filter of [filter] alone."""
-
-
-class FurtherFilter(FilterSection):
-    """A filter beside that of [filter] on the same readings; keys that are left out are as there."""
+class FurtherFilter(_FilterKeys):
+    """A filter beside that of [filter] on the same readings, not smoothed; keys that are left out are as there."""
 
     name: str = Field(
         pattern=r"^[A-Za-z][\w-]*$", max_length=40, description="name of its solution in tables, plots and files"
     )
 
     rules = (
-        (lambda s: ", ".join(key for key in _OF_FIRST if key in s.model_fields_set),
-         "{it}: only the filter of [filter] is smoothed, run in reverse time and diagnosed"),
         (lambda s: s.name in (*TAKEN, *SCENARIO_ALGORITHMS),
          'name = "{s.name}" is the name of another solution of a run: choose another'),
     )  # fmt: skip
 
+    @model_serializer(mode="wrap")
+    def _given(self, dumped: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Write the keys that are given, as the others are those of [filter]."""
+        return {key: value for key, value in dumped(self).items() if key in self.model_fields_set}
+
     def beside(self, first: FilterSection) -> FilterSection:
         """Return its section with the keys that are left out from [filter]."""
         given = {key: getattr(self, key) for key in self.model_fields_set if key != "name"}
-        return first.model_copy(update={**dict.fromkeys(_OF_FIRST, False), **given})
+        return first.model_copy(update={"smooth": False, "backward": False, "diagnose": False, **given})
 
 
 _Sensor = TypeVar("_Sensor", bound=AidingSensor)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -300,11 +301,24 @@ def navigate(scenario: Scenario, sensed: Sensed) -> Navigated:
 def _solved(scenario: Scenario, sensed: Sensed) -> tuple[dict[str, NavSolution], dict[str, RunError]]:
     s = sensed
     solutions, failures = solve(scenario, s.truth, s.imu, s.readings.attitude, s.height, s.errors)
-    if scenario.filters:
-        from sinssim.simulation.further_filters import further_solutions
+    return {**solutions, **_by_filters(scenario, sensed)}, failures
 
-        solutions = {**solutions, **further_solutions(scenario, sensed)}
-    return solutions, failures
+
+def _by_filters(scenario: Scenario, sensed: Sensed) -> dict[str, NavSolution]:
+    """Return the solutions of the filters beside that of [filter]; the states of its filter are written out."""
+    from sinssim.scenario.filter_model import with_first
+    from sinssim.simulation.truth_comparison import FilterSolution
+
+    solutions: dict[str, NavSolution] = {}
+    for of in scenario.filters:
+        alone = with_first(scenario, of.name)
+        assert alone.filter is not None  # as there are others
+        began = time.thread_time()
+        aided = aid(alone, sensed, history=False)
+        took = time.thread_time() - began
+        fields = vars(aided.estimate.solution) | {"algorithm": of.name}
+        solutions[of.name] = FilterSolution(**fields, aided=aided, kind=alone.filter.kind, seconds=took)
+    return solutions
 
 
 def what_if(navigated: Navigated, algorithm: str, imu: ImuData, scenario: Scenario | None = None) -> NavError | None:

@@ -281,6 +281,21 @@ class Aided:
         return self.state_errors_at(slice(None))
 
 
+@dataclass(frozen=True)
+class FilterSolution(NavSolution):
+    """The solution of a filter of [[filters]].
+
+    Attributes:
+        aided: it with its estimate and errors.
+        kind: kind of the filter.
+        seconds: processor time that it took, s.
+    """
+
+    aided: Aided | None = None
+    kind: str = ""
+    seconds: float = 0.0
+
+
 def compare_with_truth(
     trajectory: Trajectory,
     inertial: InertialParameters,

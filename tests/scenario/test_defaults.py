@@ -108,6 +108,7 @@ USUAL: dict[str, dict[str, Any]] = {
                          "timeout_s": 60.0},
     "RecordingSection": {"keep": "all", "detail": "light"},
 }  # fmt: skip
+USUAL["FurtherFilter"] = USUAL["FilterSection"]
 
 
 def _tables(of: Any, found: dict[str, type[BaseModel]]) -> dict[str, type[BaseModel]]:

