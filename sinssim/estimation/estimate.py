@@ -30,7 +30,6 @@ from sinssim.earth.gravity_disturbance import DisturbingField
 from sinssim.earth.transverse_route import route_along
 from sinssim.errors import InputError, RunError, check_name, shortened
 from sinssim.estimation.error_dynamics import driving_noise
-from sinssim.estimation.filter_kinds import KINDS, LINEAR
 from sinssim.estimation.filter_loop import Loop
 from sinssim.estimation.filter_result import Estimate, Innovations
 from sinssim.estimation.kalman_filter import contradiction
@@ -38,6 +37,7 @@ from sinssim.estimation.kalman_filter import smooth as smoothed
 from sinssim.estimation.linearisation import Surroundings, at, solution_of
 from sinssim.estimation.measurement_epochs import CheckedMeasurements, take_in
 from sinssim.estimation.state_model import ErrorModel
+from sinssim.filters import LINEAR, SHIPPED
 from sinssim.sensors.imu.compensation import MeanGyroRates
 from sinssim.sensors.imu.encoder import Encoders
 from sinssim.sensors.measurement_kind import CORE
@@ -160,7 +160,7 @@ class FilterOptions:
     seed: int
 
     def __post_init__(self) -> None:
-        check_name("kind", self.kind, KINDS)
+        check_name("kind", self.kind, SHIPPED)
         if self.kind == "invariant" and self.loop == "open":
             raise InputError('kind = "invariant" feeds back after each reading; it needs loop = "closed".')
         if self.kind not in LINEAR and self.smooth:
@@ -234,7 +234,7 @@ def estimate(
         field: disturbing field that the engine knows beside normal gravity.
         encoders: of a block that turns in the vehicle: the state is that of the block, the measurements are those of
             the vehicle.
-        kind: kind of filter, one of `sinssim.estimation.filter_kinds.KINDS`.
+        kind: kind of filter, one of `sinssim.filters.SHIPPED`.
         seed: of the members that an ensemble filter draws.
         **options: fields of the mechanization by name instead.
 

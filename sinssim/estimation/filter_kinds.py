@@ -192,19 +192,6 @@ def by_group(errors: Array) -> tuple[Array, Array]:
     return out, matrix
 
 
-KINDS = {
-    "error-state": "the error-state Kalman filter",
-    "invariant": "the left-invariant Kalman filter on SE₂(3)",
-    "unscented": "a Kalman filter by scaled unscented points",
-    "cubature": "a Kalman filter by cubature points",
-    "ensemble": f"an ensemble of {MEMBERS} members",
-}
-"""Kinds of filters, with a description of each."""
-
-LINEAR = ("error-state", "invariant")
-"""Kinds whose covariance is moved by Φ, so that they can be smoothed."""
-
-
 def filter_of(kind: str, covariance: Array, seed: int) -> ErrorFilter:
     """Return a filter of a kind at its start, with P₀, (n, n)."""
     n = len(covariance)

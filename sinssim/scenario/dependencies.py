@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 
 from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM, schedule
 from sinssim.errors import InputError, unknown_name
+from sinssim.filters import SHIPPED
 from sinssim.formatting import listed
 from sinssim.frames import check_correctable
 from sinssim.scenario.ensemble_section import check_variation
@@ -175,6 +176,12 @@ def _inputs(s: Tables) -> set[str]:
 def _wrong_beside(s: Tables) -> str:
     """Return why a further filter cannot be with the keys of [filter]."""
     for number, of in enumerate(s.filters, start=1):
+        if of.kind not in SHIPPED:
+            if of.model_fields_set - {"name", "kind", "rate_hz", "measurement_noise_factor"}:
+                return (
+                    f"{number}: a filter of a project has no keys but name, kind, rate_hz and measurement_noise_factor"
+                )
+            continue
         whole = of.beside(s.filter or FilterSection())
         for wrong, message in FilterSection.rules:
             if it := wrong(whole):
@@ -268,6 +275,9 @@ DEPENDENCIES: Rules = (
     (lambda s: next((of.name for of in s.filters if of.name in {n.name for n in s.navigator}), ""),
      'two solutions have the name "{it}": rename one of [[navigator]] and [[filters]]'),
     (_wrong_beside, "filters.{it}"),
+    (lambda s: s.imu.rotation and next((of.name for of in s.filters if of.kind not in SHIPPED), ""),
+     "filters: {it} is the filter of a project, on sensors fixed to the vehicle, but the IMU rotates: remove it, or "
+     "[imu.rotation]"),
     # navigators of others
     (_unknown_input, "navigator.{it}"),
     (lambda s: s.navigator and s.imu.rotation,

@@ -20,6 +20,7 @@ from pydantic import (
 
 from sinssim.algorithms import SCENARIO_ALGORITHMS, TAKEN
 from sinssim.errors import unknown_name
+from sinssim.filters import KINDS, LINEAR, SHIPPED
 from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.aiding_registry import BROKEN, CLASSES, sensor_class
 from sinssim.sensors.aiding_sensor import AidingSensor
@@ -59,6 +60,16 @@ AngleSigma = Annotated[float, Field(ge=1e-6, le=10800.0)]
 StateBlock = Annotated[str, AfterValidator(_known)]
 
 
+def _kind(name: str) -> str:
+    ensure("filters", name)
+    if name not in KINDS:
+        raise unknown_name("filter", name, KINDS)
+    return name
+
+
+Kind = Annotated[str, AfterValidator(_kind)]
+
+
 class InitialSigmaSection(Section):
     """1σ of the initial state that the filter assumes; default: the values of [navigation.initial_error]."""
 
@@ -80,10 +91,11 @@ class _FilterKeys(Section):
         f"{', '.join(FILTER_STATES)}; default: those that are significant for the grade and the planned motion; "
         f"states of aiding sensors are added automatically",
     )
-    kind: Literal["error-state", "invariant", "unscented", "cubature", "ensemble"] = Field(
+    kind: Kind = Field(
         default="error-state",
         description="error-state: a Kalman filter of the errors, linear in them; invariant: the same on SE₂(3); "
-        "unscented, cubature: by points through the nonlinear equations; ensemble: by 200 members that are drawn",
+        "unscented, cubature: by points through the nonlinear equations; ensemble: by 200 members that are drawn; in "
+        "[[filters]] also one of a project",
     )
     loop: Literal["closed", "open"] = Field(
         default="closed",
@@ -148,9 +160,11 @@ class FilterSection(_FilterKeys):
     )
 
     rules: ClassVar[Rules] = (
+        (lambda s: s.kind not in SHIPPED,
+         'kind = "{s.kind}" is the filter of a project; it stands in [[filters]], beside that of [filter]'),
         (lambda s: s.kind == "invariant" and s.loop == "open",
          'kind = "invariant" feeds back after each reading; it needs loop = "closed"'),
-        (lambda s: s.kind not in ("error-state", "invariant") and s.smooth,
+        (lambda s: s.kind not in LINEAR and s.smooth,
          'kind = "{s.kind}" has no smoother; smooth needs kind = "error-state" or "invariant"'),
         (lambda s: s.kind != "error-state" and s.backward,
          'kind = "{s.kind}" has no filter in reverse time; backward needs kind = "error-state"'),

@@ -435,6 +435,7 @@ class Tables(Section):
             "algorithms": self.navigation.algorithms,
             "frames": (self.navigation.frame,),
             "aiding": self.aiding.sensors() if self.aiding else (),
+            "filters": [of.kind for of in self.filters],
             "legs": [leg.type for leg in self.flight.legs] if self.flight else (),
             "formats": [file.format for _, file in self.log.files() if file.format] if self.log else (),
         }

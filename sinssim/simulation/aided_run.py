@@ -179,6 +179,14 @@ _APART = 1 << 41
 """Offset of the seed, far from the seeds of scenarios and of calibrations."""
 
 
+def readings_along(scenario: Scenario, trajectory: Trajectory, imu: ImuData) -> tuple[AidingReadings, ...]:
+    """Return what the aiding sensors of a scenario read along a motion, beside the increments of its block."""
+    assert scenario.aiding is not None
+    beside = partial(navigate_beside, scenario, trajectory)
+    vehicle = Vehicle(trajectory, scenario.seed, beside, mounting(scenario).q_bs, imu)
+    return tuple(readings for sensor in scenario.aiding.sensors().values() for readings in sensor.read(vehicle))
+
+
 # Long: the stages of an aided run in order.
 def aid_run(
     scenario: Scenario,
@@ -210,13 +218,9 @@ def aid_run(
     Returns:
         The aided solution; if the filter diverged, it ends there.
     """
-    section, aiding, navigation = scenario.filter, scenario.aiding, scenario.navigation
+    section, navigation = scenario.filter, scenario.navigation
     assert section is not None
-    assert aiding is not None
-    beside = partial(navigate_beside, scenario, trajectory)
-    vehicle = Vehicle(trajectory, scenario.seed, beside, mounting(scenario).q_bs, imu)
-    sensed = tuple(readings for sensor in aiding.sensors().values() for readings in sensor.read(vehicle))
-    sensed = _with_shared_times(sensed, imu.time)
+    sensed = _with_shared_times(readings_along(scenario, trajectory, imu), imu.time)
     give_back_memory()
     model, edges = filter_model(scenario, float(imu.time[-1] - imu.time[0])), imu.time
     model = with_declination(model, scenario, trajectory)

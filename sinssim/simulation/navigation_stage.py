@@ -301,24 +301,34 @@ def navigate(scenario: Scenario, sensed: Sensed) -> Navigated:
 def _solved(scenario: Scenario, sensed: Sensed) -> tuple[dict[str, NavSolution], dict[str, RunError]]:
     s = sensed
     solutions, failures = solve(scenario, s.truth, s.imu, s.readings.attitude, s.height, s.errors)
-    return {**solutions, **_by_filters(scenario, sensed)}, failures
+    for further in scenario.filters:
+        try:
+            solutions = {**solutions, further.name: _by_filter(scenario, further.name, sensed)}
+        except RunError as error:
+            failures = {**failures, further.name: error}
+    return solutions, failures
 
 
-def _by_filters(scenario: Scenario, sensed: Sensed) -> dict[str, NavSolution]:
-    """Return the solutions of the filters beside that of [filter]; the states of its filter are written out."""
+def _by_filter(scenario: Scenario, name: str, sensed: Sensed) -> NavSolution:
+    """Return the solution of a filter beside that of [filter], whose states are written out."""
+    from sinssim.filters import SHIPPED
     from sinssim.scenario.filter_model import with_first
     from sinssim.simulation.truth_comparison import FilterSolution
 
-    solutions: dict[str, NavSolution] = {}
-    for of in scenario.filters:
-        alone = with_first(scenario, of.name)
-        assert alone.filter is not None  # as there are others
-        began = time.thread_time()
+    alone = with_first(scenario, name)
+    assert alone.filter is not None  # as there are others
+    began = time.thread_time()
+    if alone.filter.kind in SHIPPED:
         aided = aid(alone, sensed, history=False)
-        took = time.thread_time() - began
-        fields = vars(aided.estimate.solution) | {"algorithm": of.name}
-        solutions[of.name] = FilterSolution(**fields, aided=aided, kind=alone.filter.kind, seconds=took)
-    return solutions
+        estimate = aided.estimate
+        fields = {**vars(estimate.solution), "aided": aided, "sigma": estimate.sigma[:, :9]}
+    else:
+        from sinssim.simulation.project_filter import filtered_by_project
+
+        solution, sigma = filtered_by_project(alone, sensed)
+        fields = {**vars(solution), "sigma": sigma}
+    fields |= {"algorithm": name, "kind": alone.filter.kind, "seconds": time.thread_time() - began}
+    return FilterSolution(**fields)
 
 
 def what_if(navigated: Navigated, algorithm: str, imu: ImuData, scenario: Scenario | None = None) -> NavError | None:

@@ -28,6 +28,7 @@ SINGULAR: dict[str, str] = {
     "algorithms": "attitude algorithm",
     "frames": "navigation frame",
     "aiding": "aiding sensor",
+    "filters": "filter",
     "legs": "leg",
     "formats": "file format",
     "writers": "export format",
@@ -40,7 +41,7 @@ SINGULAR: dict[str, str] = {
 NAVIGATORS = "navigators"
 """Folder of a project with the programs and libraries of [[navigator]], which are started without asking."""
 
-CODE = ("algorithms", "frames", "aiding", "legs", "formats", "writers", "views")
+CODE = ("algorithms", "frames", "aiding", "filters", "legs", "formats", "writers", "views")
 """Folders whose files are Python code, which runs when their content is used."""
 
 _MARKS: dict[str, set[str]] = {
@@ -48,6 +49,7 @@ _MARKS: dict[str, set[str]] = {
     "writers": {"HOLDS"},
     "algorithms": {"start_k", "dcm_k", "step_k", "quaternion_k", "engine"},
     "frames": {"solve", "check"},
+    "filters": {"Filter"},
     "views": {"blueprint"},
 }
 """Names at the top of a file by which its kind is recognised."""
@@ -57,7 +59,7 @@ _NAME = re.compile(r"[A-Za-z][\w-]*", re.ASCII)
 
 @dataclass(frozen=True)
 class Item:
-    """One algorithm, frame, aiding sensor, leg, view, grade or aircraft outside the package."""
+    """One algorithm, frame, aiding sensor, filter, leg, view, grade or aircraft outside the package."""
 
     kind: str  # folder of a project that it belongs in, one of `SINGULAR`
     name: str  # its name, that of the file without its ending, or that of an aircraft's folder
@@ -196,8 +198,8 @@ def _kind_of(file: Path) -> str:
     raise InputError(
         f"{file} is nothing that sinssim can use: an attitude algorithm has functions start_k, dcm_k, step_k and "
         "quaternion_k, a navigation frame solve and check, a view blueprint, a file format recognises and read, an "
-        "export format SUFFIX, HOLDS and write, an aiding sensor a class that derives from AidingSensor, and a leg one "
-        "that derives from LegBase"
+        "export format SUFFIX, HOLDS and write, a filter a class Filter, an aiding sensor a class that derives from "
+        "AidingSensor, and a leg one that derives from LegBase"
     )
 
 

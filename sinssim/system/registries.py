@@ -18,7 +18,7 @@ from sinssim.system.extensions import Item, Outline, drop_module, explained, fil
 
 T = TypeVar("T")
 
-NAMED = ("algorithms", "frames", "aiding", "legs", "formats", "writers")
+NAMED = ("algorithms", "frames", "aiding", "filters", "legs", "formats", "writers")
 """Kinds of own content that are chosen by name: folders of a project, each with its registry."""
 
 _items: dict[tuple[str, str], Item] = {}
@@ -163,7 +163,7 @@ def use(*paths: str | Path) -> list[str]:
         *paths: files or folders, see `docs/own-content.md`; relative ones from the current folder.
 
     Returns:
-        The names of the algorithms, frames, aiding sensors, legs and formats.
+        The names of the algorithms, frames, aiding sensors, filters, legs and formats.
 
     Raises:
         InputError: the path contains no content for sinssim, or a name is that of content of the package or of another

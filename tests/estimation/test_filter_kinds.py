@@ -16,9 +16,10 @@ from sinssim.errors import InputError
 from sinssim.estimation import error_model
 from sinssim.estimation.error_dynamics import driving_noise
 from sinssim.estimation.estimate import estimate
-from sinssim.estimation.filter_kinds import KINDS, MEMBERS, by_group, filter_of
+from sinssim.estimation.filter_kinds import MEMBERS, by_group, filter_of
 from sinssim.estimation.linearisation import Linearisation, Surroundings, linearise
 from sinssim.estimation.measurement_epochs import take_in
+from sinssim.filters import SHIPPED
 from sinssim.sensors import ImuErrors
 from sinssim.sensors.imu.compensation import MeanGyroRates
 from sinssim.sensors.measurement_kind import CORE
@@ -110,7 +111,7 @@ def test_the_correction_by_the_group_is_its_exponential() -> None:
         assert np.count_nonzero(matrix) == 28
 
 
-@pytest.mark.parametrize("kind", list(KINDS))
+@pytest.mark.parametrize("kind", SHIPPED)
 def test_one_linear_update_is_that_of_every_kind(kind: str) -> None:
     """Of linear readings each kind has the conditional moments: mean and covariance of a normal distribution."""
     rng = np.random.default_rng(8)

@@ -30,6 +30,7 @@ class Listing(StrEnum):
     GRADES = "grades"
     VIEWS = "views"
     AIDING = "aiding"
+    FILTERS = "filters"
     STATES = "states"
     FORMATS = "formats"
     EXPORTS = "exports"
@@ -86,6 +87,11 @@ def names_of(kind: Listing) -> Mapping[str, str]:
             from sinssim.system.registries import described
 
             return {**FRAMES, **described("frames")}
+        case Listing.FILTERS:
+            from sinssim.filters import KINDS
+            from sinssim.system.registries import described
+
+            return {**KINDS, **described("filters")}
         case Listing.GRAVITY:
             from sinssim.earth.ellipsoids import GRAVITY_MODELS
 

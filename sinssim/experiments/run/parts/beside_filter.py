@@ -20,19 +20,20 @@ from sinssim.units import ARCMIN, fixed
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.summary_types import ErrorNumbers
+    from sinssim.strapdown.navigation_error import NavError
 
 
 class Compared(TypedDict):
-    """One filter in numbers; None for what is not known of recorded sensors."""
+    """One filter in numbers; None for what is not known of recorded sensors, or of the filter of a project."""
 
     kind: str
-    states: int
+    states: int | None
     rms_horizontal_error_m: float | None
-    rms_horizontal_sigma_m: float
+    rms_horizontal_sigma_m: float | None
     rms_heading_error_arcmin: float | None
-    rms_heading_sigma_arcmin: float
+    rms_heading_sigma_arcmin: float | None
     nees_per_state: float | None
-    consistent: bool
+    consistent: bool | None
     diverged_s: float | None
     processor_s: float
 
@@ -54,7 +55,7 @@ class FurtherFilters(Part[dict[str, Compared]]):
 
     def numbers(self) -> dict[str, Compared]:
         """Return the numbers of each filter."""
-        return {name: _compared(of) for name, of in self._solutions.items()}
+        return {name: _compared(of, self.run.errors[name]) for name, of in self._solutions.items()}
 
     def brief(self, numbers: Mapping[str, ErrorNumbers]) -> Iterator[Item]:
         """Yield the table for the console."""
@@ -83,9 +84,10 @@ class FurtherFilters(Part[dict[str, Compared]]):
             known = [of["rms_horizontal_error_m"], of["rms_horizontal_sigma_m"],
                      of["rms_heading_error_arcmin"], of["rms_heading_sigma_arcmin"], of["nees_per_state"]]  # fmt: skip
             end = of["diverged_s"]
-            verdict = "consistent" if of["consistent"] else "not consistent"
+            verdict = {True: "consistent", False: "not consistent", None: "–"}[of["consistent"]]
             rows.append([
-                name, of["kind"], str(of["states"]), *(float("nan") if value is None else value for value in known),
+                name, of["kind"], "–" if of["states"] is None else str(of["states"]),
+                *(float("nan") if value is None else value for value in known),
                 verdict if end is None else f"diverged at {end:.0f} s", of["processor_s"],
             ])  # fmt: skip
         return Table(heads, rows, title=self.title, on=on)
@@ -98,8 +100,8 @@ class FurtherFilters(Part[dict[str, Compared]]):
             *(f"sigma_phi_{axis}_rad" for axis in axes),
         )  # fmt: skip
         for name, of in self._solutions.items():
-            if of.aided is not None:
-                yield Stream(f"filter_{name}", of.time, (Vector("sigma", names, of.aided.estimate.sigma[:, :CORE]),))
+            if of.sigma is not None:
+                yield Stream(f"filter_{name}", of.time, (Vector("sigma", names, of.sigma),))
 
 
 def _rms(values: Array) -> float | None:
@@ -108,20 +110,25 @@ def _rms(values: Array) -> float | None:
     return float(np.sqrt(np.mean(known**2))) if len(known) else None
 
 
-def _compared(of: FilterSolution) -> Compared:
-    assert of.aided is not None
-    estimate, error = of.aided.estimate, of.aided.error
-    end, sigma, squares = estimate.divergence, estimate.sigma, None
+def _compared(of: FilterSolution, error: NavError) -> Compared:
+    sigma = np.full((1, CORE), np.nan) if of.sigma is None else of.sigma
+    heading, spread = _rms(error.attitude[:, 2]), _rms(sigma[:, PHI.start + 2])
+    numbers = Compared(
+        kind=of.kind, states=None,
+        rms_horizontal_error_m=_rms(error.horizontal),
+        rms_horizontal_sigma_m=_rms(np.hypot(sigma[:, R.start], sigma[:, R.start + 1])),
+        rms_heading_error_arcmin=None if heading is None else heading / ARCMIN,
+        rms_heading_sigma_arcmin=None if spread is None else spread / ARCMIN,
+        nees_per_state=None, consistent=None, diverged_s=None, processor_s=of.seconds,
+    )  # fmt: skip
+    if of.aided is None:
+        return numbers
+    estimate = of.aided.estimate
     if of.aided.true_parameters_known and len(estimate.rows):
         core = slice(0, CORE)
-        squares = float(np.mean(nees(of.aided.state_errors_at(estimate.rows), estimate.covariance, core))) / CORE
-    heading = _rms(error.attitude[:, 2])
-    return Compared(
-        kind=of.kind, states=estimate.model.size,
-        rms_horizontal_error_m=_rms(error.horizontal),
-        rms_horizontal_sigma_m=_rms(np.hypot(sigma[:, R.start], sigma[:, R.start + 1])) or 0.0,
-        rms_heading_error_arcmin=None if heading is None else heading / ARCMIN,
-        rms_heading_sigma_arcmin=(_rms(sigma[:, PHI.start + 2]) or 0.0) / ARCMIN,
-        nees_per_state=squares, consistent=consistency(estimate).consistent,
-        diverged_s=None if end is None else end.time, processor_s=of.seconds,
-    )  # fmt: skip
+        squares = float(np.mean(nees(of.aided.state_errors_at(estimate.rows), estimate.covariance, core)))
+        numbers["nees_per_state"] = squares / CORE
+    end = estimate.divergence
+    numbers |= {"states": estimate.model.size, "consistent": consistency(estimate).consistent,
+                "diverged_s": None if end is None else end.time}  # fmt: skip
+    return numbers
