@@ -244,6 +244,7 @@ _FILES = {
     "scenario.toml": "what to simulate",
     "grades/my_unit.toml": "your own sensors",
     "algorithms/cayley.py": "your own attitude algorithm",
+    "filters/complementary.py": "your own filter",
     "views/attitude.py": "your own view",
 }
 """Files of the example, with what they are."""

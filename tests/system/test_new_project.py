@@ -20,7 +20,7 @@ def test_the_command_lays_out_every_file_of_the_example(
     assert capsys.readouterr().out.endswith("Next: cd mine, then sinssim run scenario.toml\n")
     example = package_content("scenarios") / "new_project"
     files = [file.relative_to(example) for file in example.rglob("*") if file.is_file() and file.suffix != ".pyc"]
-    assert len(files) == 5
+    assert len(files) == 6
     for file in files:
         assert (tmp_path / "mine" / file).read_bytes() == (example / file).read_bytes()
     monkeypatch.chdir("mine")
@@ -29,7 +29,7 @@ def test_the_command_lays_out_every_file_of_the_example(
     assert "imu         tactical" in out
     assert f"own         attitude algorithm cayley, {tmp_path}/mine/algorithms/cayley.py" in out
     assert call("new", ".") == 2
-    assert "is not empty: it has README.md, algorithms, grades and 2 more" in capsys.readouterr().err
+    assert "is not empty: it has README.md, algorithms, filters and 3 more" in capsys.readouterr().err
 
 
 def test_what_is_in_the_way_stays(tmp_path: Path) -> None:
@@ -40,7 +40,7 @@ def test_what_is_in_the_way_stays(tmp_path: Path) -> None:
         new_project(tmp_path / "file" / "below")
     assert (tmp_path / "file").read_text() == "mine"
     (tmp_path / "empty").mkdir()
-    assert len(new_project(tmp_path / "empty")) == 5
+    assert len(new_project(tmp_path / "empty")) == 6
 
 
 @pytest.mark.parametrize("exists", [False, True])

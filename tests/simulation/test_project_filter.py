@@ -1,0 +1,131 @@
+"""The filter of a project: what it gets, in which order, and what is said of one that fails."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import sinssim
+from sinssim.content import package_content
+from sinssim.errors import InputError
+from sinssim.scenario import Scenario
+from sinssim.simulation.truth_comparison import FilterSolution
+from sinssim.system.registries import forget
+
+INERTIAL = '''"""Inertial navigation that notes what arrives, and states 1σ."""
+import numpy as np
+import sinssim
+
+class Filter:
+    seen = []
+    def __init__(self, start):
+        self.state, self.now, self.sigma = start, 0.0, np.arange(9.0)
+        Filter.seen = []
+    def predict(self, increments):
+        assert len(increments) <= 10
+        self.state, self.now = sinssim.navigate(increments, self.state).state(), float(increments.time[-1])
+    def update(self, reading):
+        Filter.seen.append((self.now, *reading))
+    def solution(self):
+        return self.state
+'''
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Any:
+    """Return a function that writes a filter and returns a run of it beside the filter of the scenario."""
+
+    def run(text: str, name: str = "mine", **changes: Any) -> sinssim.Run:
+        folder = tmp_path / "filters"
+        folder.mkdir(exist_ok=True)
+        (folder / f"{name}.py").write_text(text, encoding="utf-8")
+        base: dict[str, Any] = {
+            "name": "project", "seed": 2, "use": [str(tmp_path)],
+            "great_circle": {"latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 3000.0, "course_deg": 30.0,
+                             "speed_mps": 100.0, "duration_s": 20.0},
+            "imu": {"grade": "laser-standard", "rate_hz": 20.0}, "aiding": {"gnss": {"latency_s": 0.33}},
+            "navigation": {"algorithms": ["quaternion"], "vertical": "free"},
+            "filter": {"states": [], "rate_hz": 2.0}, "filters": [{"name": "tried", "kind": name}],
+        }  # fmt: skip
+        result = sinssim.run(Scenario(**{**base, **changes}))
+        assert isinstance(result, sinssim.Run)
+        return result
+
+    yield run
+    forget()
+
+
+def test_it_gets_increments_and_late_readings_in_the_order_of_their_arrival(project: Any) -> None:
+    """Every increment once: its solution is the inertial one. Fixes of whole seconds arrive at the next sample."""
+    run = project(INERTIAL)
+    of, inertial = run.solutions["tried"], run.solutions["quaternion"]
+    assert isinstance(of, FilterSolution)
+    rows = np.searchsorted(inertial.time, of.time - 1e-6)
+    np.testing.assert_allclose(of.time, inertial.time[rows])
+    np.testing.assert_allclose(of.latitude, inertial.latitude[rows], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(of.velocity_ned, inertial.velocity_ned[rows], rtol=0, atol=1e-4)
+    assert set(np.arange(0.0, 20.25, 0.5)) <= set(of.time.round(6))  # filter.rate_hz
+    np.testing.assert_array_equal(of.sigma, np.tile(np.arange(9.0), (len(of.time), 1)))
+    seen = __import__("sys").modules["sinssim_own.filters.mine"].Filter.seen
+    times = sorted({(now, at) for now, _, _, at, *_ in seen})
+    np.testing.assert_allclose([now for now, _ in times], np.arange(1.0, 20.0) + 0.35, atol=1e-9)
+    np.testing.assert_allclose([at for _, at in times], np.arange(1.0, 20.0), atol=1e-9)
+    assert {(sensor, kind) for _, sensor, kind, *_ in seen} == {
+        ("gnss-position", "gnss-position"), ("gnss-velocity", "gnss-velocity"),
+    }  # fmt: skip
+    _, _, _, _, value, sigma, arm = next(one for one in seen if one[2] == "gnss-velocity" and one[3] > 0.5)
+    assert np.hypot(*value[:2]) == pytest.approx(100.0, abs=0.5)
+    assert sigma.shape == arm.shape == (3,)
+    numbers = run.summary["filters"]["tried"]
+    assert numbers["kind"] == "mine"
+    assert numbers["rms_horizontal_sigma_m"] == pytest.approx(1.0)  # 0 and 1 m
+    assert numbers["rms_heading_sigma_arcmin"] == pytest.approx(8.0 * 3437.746771)
+    assert [numbers[key] for key in ("states", "nees_per_state", "consistent", "diverged_s")] == [None] * 4
+
+
+def test_the_filter_of_a_new_project_follows_the_fixes(project: Any) -> None:
+    text = (package_content("scenarios") / "new_project" / "filters" / "complementary.py").read_text(encoding="utf-8")
+    start = {"velocity_north_mps": 5.0}
+    navigation = {"algorithms": ["quaternion"], "vertical": "free", "initial_error": start}
+    run = project(text, "complementary", aiding={"gnss": {}}, navigation=navigation)
+    horizontal = run.errors["tried"].horizontal
+    assert horizontal[-1] < 6.0 < run.errors["quaternion"].horizontal[-1]
+    assert np.abs(run.errors["tried"].velocity_ned[-1]).max() < 0.2
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("        return self.state", "        return 1.0"), "solution() at 0 s returns a float instead of a sinssim"),
+        (("        return self.state", "        return sinssim.NavState(**{**vars(self.state), "
+          "'height': np.nan if self.now > 3 else 0.0})"), "solution() at 3.35 s has height = nan."),
+        (("np.arange(9.0)", "-np.arange(9.0)"), "it is nine standard deviations, of position, velocity and attitude"),
+        (("        assert len(increments) <= 10", "        1 / 0"), "predict() at 0.5 s: the filter mine failed: "),
+    ],
+)  # fmt: skip
+def test_a_filter_that_fails_has_no_result_and_the_run_keeps_the_rest(
+    project: Any, change: tuple[str, str], message: str
+) -> None:
+    assert change[0] in INERTIAL
+    run = project(INERTIAL.replace(*change))
+    assert "tried" not in run.solutions
+    assert message in str(run.navigated.failures["tried"])
+    assert run.aided is not None
+    assert run.summary["filters"] == {}
+
+
+def test_what_is_no_filter_is_refused(project: Any) -> None:
+    with pytest.raises(
+        InputError, match=r"the filter mine cannot be used: .*mine\.py: the class Filter has no update\("
+    ):
+        project(INERTIAL.replace("def update", "def take"))
+    forget()
+    with pytest.raises(InputError, match=r"mine\.py defines no Filter"):
+        project(INERTIAL.replace("class Filter", "class Other").replace("Filter.seen", "Other.seen"))
+    with pytest.raises(InputError, match=r"filters\.1: a filter of a project has no keys but name, kind, rate_hz and"):
+        project(INERTIAL, filters=[{"name": "a", "kind": "mine", "gate": 0.0}])
+    with pytest.raises(InputError, match=r'kind = "mine" is the filter of a project; it stands in \[\[filters\]\]'):
+        project(INERTIAL, filter={"kind": "mine"}, filters=[])
