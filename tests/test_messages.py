@@ -146,8 +146,8 @@ MESSAGES: list[tuple[Callable[[Path], Any], str]] = [
     (lambda at: _kind_of(written(at, "a.py", "x = 3\n")),
      "AT/a.py is nothing that sinssim can use: an attitude algorithm has functions start_k, dcm_k, step_k and "
      "quaternion_k, a navigation frame solve and check, a view blueprint, a file format recognises and read, an export "
-     "format SUFFIX, HOLDS and write, an aiding sensor a class that derives from AidingSensor, and a leg one that "
-     "derives from LegBase"),
+     "format SUFFIX, HOLDS and write, a filter a class Filter, an aiding sensor a class that derives from "
+     "AidingSensor, and a leg one that derives from LegBase"),
     (lambda at: check_place(written(at, "file", ""), overwrite=False),
      "the run directory AT/file is a file; give the name of a folder with -o."),
     (lambda at: check_place(written(at, "some.txt", "").parent, overwrite=True),
@@ -248,8 +248,8 @@ MESSAGES: list[tuple[Callable[[Path], Any], str]] = [
     (lambda at: route_pole((0.5, 0.2, 0.5, 0.2), 0.0, 0.0, np.zeros(3)),
      "route = (0.5, 0.2, 0.5, 0.2): A and B coincide or are antipodal; they determine no great circle."),
     (lambda at: items_of(written(at, "other", "").parent),
-     "the folder 'AT' has none of the folders algorithms, frames, aiding, legs, formats, writers, views, grades or "
-     "aircraft with a file in it"),
+     "the folder 'AT' has none of the folders algorithms, frames, aiding, filters, legs, formats, writers, views, "
+     "grades or aircraft with a file in it"),
     (lambda at: sweep("parked", ["ensemble.runs=2,3"]),
      "parked: --vary ensemble.runs: the key 'ensemble.runs' cannot be varied: every ensemble has the number of runs "
      "of the study."),

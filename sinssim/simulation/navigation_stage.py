@@ -317,6 +317,8 @@ def _by_filter(scenario: Scenario, name: str, sensed: Sensed) -> NavSolution:
 
     alone = with_first(scenario, name)
     assert alone.filter is not None  # as there are others
+    if isinstance(motion := sensed.truth, RecordedMotion):
+        sensed = replace(sensed, truth=replace(motion, prepared=replace(motion.prepared, scenario=alone)))
     began = time.thread_time()
     if alone.filter.kind in SHIPPED:
         aided = aid(alone, sensed, history=False)
@@ -325,7 +327,7 @@ def _by_filter(scenario: Scenario, name: str, sensed: Sensed) -> NavSolution:
     else:
         from sinssim.simulation.project_filter import filtered_by_project
 
-        solution, sigma = filtered_by_project(alone, sensed)
+        solution, sigma = filtered_by_project(alone, sensed, first_state(alone, sensed.truth))
         fields = {**vars(solution), "sigma": sigma}
     fields |= {"algorithm": name, "kind": alone.filter.kind, "seconds": time.thread_time() - began}
     return FilterSolution(**fields)
@@ -465,8 +467,8 @@ def _aid_recorded(
     from sinssim.simulation.recorded_filter_run import aid_recorded, all_readings, as_reference, compare_recorded
     from sinssim.strapdown.navigation_error import NavError
 
-    prepared = replace(motion.prepared, scenario=scenario)
-    estimate = aid_recorded(prepared, sensed.imu, recorded_start(scenario, sensed), history=history, progress=progress)
+    prepared, start = motion.prepared, recorded_start(scenario, sensed)
+    estimate = aid_recorded(prepared, sensed.imu, start, history=history, progress=progress)
     reference = motion.reference
     if reference is None and estimate.smoothed is not None:
         reference = as_reference("the smoothed solution", estimate.smoothed.solution)

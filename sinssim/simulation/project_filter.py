@@ -13,7 +13,6 @@ import numpy as np
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.errors import InputError, RunError
 from sinssim.filters import REGISTRY
-from sinssim.simulation.navigation_stage import first_state
 from sinssim.simulation.truth_and_sensors import RecordedMotion
 from sinssim.system.extensions import Item, explained
 from sinssim.system.registries import load_entry, registered
@@ -38,15 +37,15 @@ class FilterReading(NamedTuple):
     lever_arm: Array  # from the block to the sensor, body axes, (3,) m
 
 
-def filtered_by_project(scenario: Scenario, sensed: Sensed) -> tuple[NavSolution, Array | None]:
-    """Return the solution of the filter of a project, and the 1σ that it states, (K, 9), if it does.
+def filtered_by_project(scenario: Scenario, sensed: Sensed, start: NavState) -> tuple[NavSolution, Array | None]:
+    """Return the solution of the filter of a project from a state, and the 1σ that it states, (K, 9), if it does.
 
     Raises:
         InputError: the class lacks a method.
         RunError: a method fails, or what it returns is no state.
     """
     assert scenario.filter is not None
-    imu, start = sensed.imu, first_state(scenario, sensed.truth)
+    imu = sensed.imu
     calls = _Calls(scenario.filter.kind, start)
     readings = _arriving(scenario, sensed)
     stride = max(round(len(imu) / float(imu.time[-1] - imu.time[0]) / scenario.filter.rate_hz), 1)

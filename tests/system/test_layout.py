@@ -18,6 +18,7 @@ def test_a_project_brings_what_its_folders_hold(project: Path) -> None:
     found = {(item.kind, item.name, item.file.name) for item in items_of(project)}
     assert found == {
         ("algorithms", "cayley", "cayley.py"),
+        ("filters", "complementary", "complementary.py"),
         ("views", "attitude", "attitude.py"),
         ("grades", "my_unit", "my_unit.toml"),
         ("aircraft", "glider", "aircraft.toml"),

@@ -18,7 +18,6 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -245,12 +244,12 @@ def _tables() -> list[dict[str, Any]]:
 @cache
 def _page() -> str:
     """Return the page, HTML, with its style and its scripts."""
-    from sinssim.recording.interactive.live_chart import scripts_with
+    from sinssim.recording.interactive.live_chart import packaged, scripts_with
     from sinssim.recording.page import page
     from sinssim.recording.svg_chart import STYLE
 
     body, style, *scripts = (
-        files(__package__).joinpath(name).read_text(encoding="utf-8")
+        packaged(name, __package__ or "")
         for name in ("workbench.html", "workbench.css", "scenario_editor.js", "workbench.js")
     )
     return page("sinssim workbench", [body, scripts_with(scripts)], STYLE + style, asks=True)

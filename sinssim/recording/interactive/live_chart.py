@@ -267,7 +267,7 @@ def with_scripts(body: Sequence[str]) -> list[str]:
     has tables, with the script for wide ones."""
     whole = "".join(body)
     if '<figure class="live' not in whole:
-        return [*body, f"<script>{_file('wide_tables.js')}</script>"] if '<div class="wide"' in whole else list(body)
+        return [*body, f"<script>{packaged('wide_tables.js')}</script>"] if '<div class="wide"' in whole else list(body)
     more = [*(["live_map"] if "data-map=" in whole else []), *re.findall(r'<div class="(\w+)" data-live', whole)]
     more += ["circles"] if _WITH_CIRCLES & set(more) else []  # whose name puts it before those that use it
     first = next(k for k, part in enumerate(body) if '<figure class="live' in part)
@@ -308,9 +308,9 @@ _OF_MAPS = (
 _OF_ELLIPSES = " The ellipse about that place contains 95 % of the positions that the filter expects."
 
 
-def _file(name: str) -> str:
-    """Return a script or a style."""
-    return files(__package__).joinpath(name).read_text(encoding="utf-8")
+def packaged(name: str, package: str = __package__ or "") -> str:
+    """Return a script, a style or a page that is a file of a package."""
+    return files(package).joinpath(name).read_text(encoding="utf-8")
 
 
 @cache
@@ -318,7 +318,7 @@ def _scripts(more: tuple[str, ...], further: tuple[str, ...] = ()) -> str:
     """Return the style and the script of such charts, of the interactive parts of a page, and further ones, HTML."""
     parts = ("wide_tables", "live_chart", "chart_controls", *more)
     names = ("uPlot.min.css", "live_chart.css", "uPlot.iife.min.js", *(f"{part}.js" for part in parts))
-    text = {name: _file(name) for name in names}
+    text = {name: packaged(name) for name in names}
     looks, scripts = (([text for name, text in text.items() if name.endswith(kind)]) for kind in (".css", ".js"))
     return f"<style>{chr(10).join(looks)}</style><script>{chr(10).join((*scripts, *further))}</script>"
 

@@ -814,10 +814,10 @@ def test_what_a_fix_does_not_tell() -> None:
 
 
 def test_each_accuracy_of_a_fix_that_is_not_known_is_ignored() -> None:
-    """Without 1σ of the height 64 is ignored, without those of the place 32, without that of the speed 16."""
+    """Without 1σ of the height 128 is ignored, without those of the place 64, without that of the speed 32."""
     known = np.ones((1, 3))
-    for sigma, speed, flags in (([3.0, 4.0, math.nan], known, 64), ([math.nan, math.nan, 7.0], known, 32),
-                                ([3.0, 4.0, 7.0], math.nan * known, 16)):  # fmt: skip
+    for sigma, speed, flags in (([3.0, 4.0, math.nan], known, 128), ([math.nan, math.nan, 7.0], known, 64),
+                                ([3.0, 4.0, 7.0], math.nan * known, 32)):  # fmt: skip
         (_, gps) = fixes_of(position_sigma=np.array([sigma]), velocity_ned=known, velocity_sigma=speed)[1]
         assert gps[2] == 2 | 4 | flags
 

@@ -116,7 +116,7 @@ def test_an_ensemble_of_one_of_them_is_that_with_its_keys() -> None:
         ({"name": "a", "smooth": True}, "smooth"),
         ({"name": "a", "kind": "invariant", "loop": "open"}, 'filters.1: kind = "invariant" feeds back after each'),
         ({"name": "a", "alignment": "in-motion", "alignment_s": 20.0}, "filters.1: alignment_s = 20 must be at least"),
-        ({"name": "a", "kind": "particle"}, "Known: error-state, invariant, unscented, cubature, ensemble"),
+        ({"name": "a", "kind": "particle"}, "Known: cubature, ensemble, error-state, invariant, unscented."),
     ],
 )
 def test_what_cannot_be_is_refused(change: dict[str, object], message: str) -> None:
