@@ -1,7 +1,7 @@
 """Writes aircraft/README.md: which models of JSBSim's package `sinssim aircraft add` makes an aircraft of.
 
 python aircraft/models.py STORE designs every model whose result is not in the folder STORE yet, and then writes
-the page. It takes an hour on one core.
+the page; with the option --page it only writes the page. Half an hour on one core is enough.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from sinssim.truth.aircraft_design.model_survey import package_models
 PAGE = Path(__file__).parent / "README.md"
 HEAD = """# JSBSim's models
 
-`sinssim aircraft add MODEL` makes an aircraft of {accepted} of the {count} models in JSBSim's package. Each number is
+`sinssim aircraft add MODEL` makes an aircraft of {accepted} of {count} models in JSBSim's package. Each number is
 the largest of the acceptance flight: height and heading of straight and level flight, airspeed of climb and descent;
 margins are the least of pitch, roll and yaw at the trims. `python aircraft/models.py` writes this page.
 
@@ -62,7 +62,7 @@ def _numbers(made: DesignedAircraft) -> dict[str, Any]:
 
 
 def page(results: list[dict[str, Any]]) -> str:
-    """Return the page of all results."""
+    """Return the page of the results, which names the models without one."""
     flown = [one for one in results if "reason" not in one]
     text = HEAD.format(accepted=len(flown), count=len(results))
     for one in flown:
@@ -76,22 +76,22 @@ def page(results: list[dict[str, Any]]) -> str:
         if "reason" in one:
             reason = one["reason"].removeprefix(f"the model {one['model']} cannot be flown: ").rstrip(".")
             text += f"| {one['model']} | {reason} |\n"
+    if left := sorted(set(package_models()) - {one["model"] for one in results}):
+        text += f"\nNot tried: {', '.join(left)}.\n"
     return text
 
 
 def main() -> None:
     """Design the models that are not stored yet, and write the page."""
-    store = Path(sys.argv[1])
+    store, *wanted = map(Path, sys.argv[1:])
     store.mkdir(parents=True, exist_ok=True)
-    results = []
-    for model in sys.argv[2:] or package_models():
+    for model in [] if "--page" in sys.argv else [path.name for path in wanted] or package_models():
         file = store / f"{model}.json"
         if not file.is_file():
             file.write_text(json.dumps(result(model)), encoding="utf-8")
-        results.append(json.loads(file.read_text(encoding="utf-8")))
-        print(model, results[-1].get("reason", "accepted"), results[-1]["seconds"], flush=True)
-    if not sys.argv[2:]:
-        PAGE.write_text(page(results), encoding="utf-8")
+            print(model, json.loads(file.read_text(encoding="utf-8")).get("reason", "accepted"), flush=True)
+    results = [json.loads(file.read_text(encoding="utf-8")) for file in sorted(store.glob("*.json"))]
+    PAGE.write_text(page(results), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -18,8 +18,6 @@ from sinssim.truth.aircraft_design.aircraft_design import (
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.flight_process import OtherProcess, message, served
 
-_PATIENCE = 240.0  # without a word [s]: the longest step is an envelope of trims
-
 
 def design_apart(model: str, folder: Path | None, report: Report) -> DesignedAircraft:
     """Design an aircraft in a separate process.
@@ -33,20 +31,19 @@ def design_apart(model: str, folder: Path | None, report: Report) -> DesignedAir
         RefusedError: the model cannot be flown: why.
     """
     end = time.monotonic() + LONGEST
+    with OtherProcess(model, "serve_design", __name__, LONGEST) as other:
 
-    def hear(progress: tuple[str, float]) -> None:
-        if time.monotonic() > end:
-            raise RefusedError(
-                f"the model {model} cannot be flown: its design takes longer than {LONGEST / 60.0:g} minutes."
-            )
-        report(*progress)
+        def hear(progress: tuple[str, float]) -> None:
+            other.patience = max(0.0, end - time.monotonic())
+            report(*progress)
 
-    with OtherProcess(model, "serve_design", __name__, _PATIENCE) as other:
         other.send((model, folder))
         try:
             found: DesignedAircraft = other.answer(hear)  # type: ignore[arg-type]
         except RunError as error:
             what = str(error).split(":")[0].rstrip(".")  # its output is lost
+            if time.monotonic() >= end:
+                what = f"its design takes longer than {LONGEST / 60.0:g} minutes"
             raise RefusedError(f"the model {model} cannot be flown: {what}.") from error
     return found
 
@@ -66,7 +63,7 @@ def acceptance_apart(name: str) -> tuple[float, tuple[LegErrors, ...]]:
         InputError: a leg cannot be flown.
     """
     load_aircraft(name)
-    with OtherProcess(name, "serve_acceptance", __name__, _PATIENCE) as other:
+    with OtherProcess(name, "serve_acceptance", __name__, LONGEST) as other:
         other.send(name)
         try:
             found: tuple[float, tuple[LegErrors, ...]] = other.answer()

@@ -39,7 +39,11 @@ class _RemoteError(Exception):
 
 
 class OtherProcess:
-    """The other process, which flies; it ends with this object."""
+    """The other process, which flies; it ends with this object.
+
+    Attributes:
+        patience: time to its next answer after which it is ended, s; None: it may take any time.
+    """
 
     def __init__(self, aircraft: str, function: str, module: str = __name__, patience: float | None = None) -> None:
         """Start a process.
@@ -50,7 +54,7 @@ class OtherProcess:
             module: where the function is.
             patience: time to an answer after which the process is ended, s; None: it may take any time.
         """
-        self._aircraft, self._patience = aircraft, patience
+        self._aircraft, self.patience = aircraft, patience
         program = f"import sys; sys.path[:] = {sys.path!r}; from {module} import {function}; {function}()"
         # In its own process group: Ctrl-C reaches only this process, which then ends the other.
         self._process = subprocess.Popen(
@@ -104,7 +108,7 @@ class OtherProcess:
         code = self._process.wait()
         if late.is_set():
             raise RunError(
-                f"the process that flew the {self._aircraft} gave no answer for {self._patience:g} s and was ended: "
+                f"the process that flew the {self._aircraft} gave no answer for {self.patience:.3g} s and was ended: "
                 "its flight dynamics model is the likely cause."
             )
         raise RunError(
@@ -116,7 +120,7 @@ class OtherProcess:
     @contextlib.contextmanager
     def _watched(self, late: threading.Event) -> Iterator[None]:
         """End the process if its next answer takes longer than the patience."""
-        if self._patience is None:
+        if self.patience is None:
             yield
             return
 
@@ -125,7 +129,7 @@ class OtherProcess:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(self._process.pid, signal.SIGKILL)
 
-        timer = threading.Timer(self._patience, end)
+        timer = threading.Timer(self.patience, end)
         timer.start()
         try:
             yield

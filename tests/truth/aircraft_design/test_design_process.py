@@ -35,7 +35,7 @@ def test_a_process_without_an_answer_is_ended() -> None:
 
         def hear(word: object) -> None:
             heard.append((time.monotonic(), word))
-            other._patience = 1.0  # from here on: a busy machine may take long to start it
+            other.patience = 1.0  # from here on: a busy machine may take long to start it
 
         with pytest.raises(RunError, match="flew the kite gave no answer for 1 s and was ended"):
             other.answer(hear)
@@ -45,20 +45,22 @@ def test_a_process_without_an_answer_is_ended() -> None:
 
 
 @pytest.mark.parametrize(
-    ("function", "words"),
+    ("function", "longest", "words"),
     [
-        ("serve_crash", "the model kite cannot be flown: the process that flew the kite ended with SIGSEGV"),
-        ("serve_never", "the model kite cannot be flown: its design takes longer than 0 minutes"),
+        ("serve_crash", 600.0, "the model kite cannot be flown: the process that flew the kite ended with SIGSEGV"),
+        ("serve_never", 3.0, "the model kite cannot be flown: its design takes longer than 0.05 minutes"),
     ],
 )
-def test_what_happens_to_the_process_is_the_reason(monkeypatch: pytest.MonkeyPatch, function: str, words: str) -> None:
+def test_what_happens_to_the_process_is_the_reason(
+    monkeypatch: pytest.MonkeyPatch, function: str, longest: float, words: str
+) -> None:
     class Replaced(OtherProcess):
         def __init__(self, name: str, asked: str, module: str, patience: float) -> None:
             assert (asked, module) == ("serve_design", design_process.__name__)
             super().__init__(name, function, __name__, patience)
 
     monkeypatch.setattr(design_process, "OtherProcess", Replaced)
-    monkeypatch.setattr(design_process, "LONGEST", 0.0)
+    monkeypatch.setattr(design_process, "LONGEST", longest)
     with pytest.raises(RefusedError, match=words):
         design_process.design_apart("kite", None, lambda text, part: None)
 
