@@ -13,6 +13,7 @@ from sinssim.errors import InputError
 from sinssim.exhibits import Table
 from sinssim.scenario import Scenario
 from sinssim.scenario.filter_model import with_first
+from sinssim.simulation.navigation_stage import by_one, navigate
 from sinssim.simulation.truth_comparison import FilterSolution
 
 FILTER: dict[str, Any] = {"states": ["gyro bias", "accelerometer bias"], "gate": 0.0, "rate_hz": 2.0}
@@ -107,6 +108,15 @@ def test_an_ensemble_of_one_of_them_is_that_with_its_keys() -> None:
     plain = sinssim.ensemble(scenario(filter={**FILTER, "states": []}, filters=[]), runs=3)
     assert all(named.summary[key] == plain.summary[key] for key in ("final_horizontal_m", "components", "nees", "nis"))
     assert named.summary["solution"] == "few"
+
+
+def test_one_of_them_alone_navigates_by_the_first_algorithm() -> None:
+    """As a guided flight wants it."""
+    run = flown()
+    alone = by_one(run.scenario, "invariant")
+    assert (alone.navigation.algorithms, [of.name for of in alone.filters]) == (("quaternion",), ["invariant"])
+    again = navigate(alone, run.sensed).solutions["invariant"]
+    np.testing.assert_array_equal(again.velocity_ned, run.solutions["invariant"].velocity_ned)
 
 
 @pytest.mark.parametrize(
