@@ -352,7 +352,7 @@ def what_if(navigated: Navigated, algorithm: str, imu: ImuData, scenario: Scenar
 def by_one(scenario: Scenario, name: str) -> Scenario:
     """Return a scenario that navigates by one of its algorithms, navigators of others or further filters alone."""
     others = {key: tuple(of for of in getattr(scenario, key) if of.name == name) for key in ("navigator", "filters")}
-    algorithms = (name,)
+    algorithms: tuple[str, ...] = (name,)
     if any(others.values()):  # a filter navigates by the first algorithm
         algorithms = scenario.navigation.algorithms[:1] if others["filters"] else ()
     navigation = scenario.navigation.model_copy(update={"algorithms": algorithms})

@@ -12,6 +12,7 @@ import sinssim
 from sinssim.content import package_content
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario
+from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.simulation.truth_comparison import FilterSolution
 from sinssim.system.registries import forget
 
@@ -94,6 +95,18 @@ def test_the_filter_of_a_new_project_follows_the_fixes(project: Any) -> None:
     horizontal = run.errors["tried"].horizontal
     assert horizontal[-1] < 6.0 < run.errors["quaternion"].horizontal[-1]
     assert np.abs(run.errors["tried"].velocity_ned[-1]).max() < 0.2
+
+
+def test_an_ensemble_of_it_has_its_errors(project: Any) -> None:
+    """Those of its solution in a run with the seed of the ensemble's run; it has no covariance to test."""
+    run = project(INERTIAL)
+    runs = sinssim.ensemble(run.scenario.model_copy(update={"ensemble": EnsembleSection(solution="tried")}), runs=2)
+    assert runs.summary["solution"] == "tried"
+    assert not runs.summary.get("nees")
+    again = sinssim.run(runs.member(0).scenario)
+    assert isinstance(again, sinssim.Run)
+    final = again.errors["tried"].horizontal[-1]
+    assert runs.final_horizontal[0] == pytest.approx(final, rel=1e-6)
 
 
 @pytest.mark.parametrize(

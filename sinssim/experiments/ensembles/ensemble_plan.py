@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
 from sinssim.experiments.ensembles.ensemble_errors import WITHIN
+from sinssim.filters import SHIPPED
 from sinssim.scenario.ensemble_section import Choice, Normal, Uniform
 from sinssim.scenario.filter_model import with_first
 from sinssim.scenario.plan_summary import own_digests
@@ -347,8 +348,8 @@ def make_plan(
     solution = (section.solution if section else None) or (
         AIDED if scenario.filter is not None else scenario.navigation.algorithms[0]
     )
-    by_filter = solution == AIDED or solution in {of.name for of in scenario.filters}
-    scenario = with_first(scenario, solution)
+    by_filter = solution == AIDED or solution in {of.name for of in scenario.filters if of.kind in SHIPPED}
+    scenario = with_first(scenario, solution) if by_filter else scenario
     check_programs(scenario)
     check_times(scenario)
     require = tuple(require)
