@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from sinssim.algorithms import REGISTRY
+from sinssim.strapdown.attitude import poisson
 from sinssim.strapdown.attitude.poisson import nearest_rotation_k
 
 
@@ -17,3 +19,11 @@ def test_a_matrix_stretched_along_one_axis(row: int, column: int) -> None:
     stretched[row, column] *= 1.3
     found = np.reshape(nearest_rotation_k(*stretched.ravel()), (3, 3))
     np.testing.assert_allclose(found, rotation, rtol=0, atol=2e-15)
+
+
+def test_the_orders_step_in_the_plain_increment() -> None:
+    """As the chapter has them: without the coning correction, which the algorithm "poisson" has; -ortho corrects B."""
+    for order in (1, 2, 3, 4):
+        for name, orthonormal in ((f"poisson-{order}", False), (f"poisson-{order}-ortho", True)):
+            assert REGISTRY[name].variant == {"ORDER": order, "COMPENSATED": False, "ORTHONORMAL": orthonormal}
+    assert (REGISTRY["poisson"].variant, poisson.COMPENSATED, poisson.ORDER) == ({}, True, 4)
