@@ -18,21 +18,21 @@ def acceptance_numbers(name: str, height: float, errors: Sequence[LegErrors]) ->
     return {
         "aircraft": name,
         "height_m": height,
-        "accepted": not any(one.excess() for one in errors),
-        "legs": [{**asdict(one), "limits": asdict(LIMITS[one.kind])} for one in errors],
+        "accepted": not any(leg_errors.excess() for leg_errors in errors),
+        "legs": [{**asdict(leg_errors), "limits": asdict(LIMITS[leg_errors.kind])} for leg_errors in errors],
     }
 
 
 def acceptance_items(name: str, height: float, errors: Sequence[LegErrors]) -> Iterator[Item]:
     """Yield the verdict on an aircraft and the largest errors of each leg; `height` is that of the flight, m."""
-    excess = [words for one in errors if (words := one.excess())]
+    excess = [words for leg_errors in errors if (words := leg_errors.excess())]
     yield Sentence(
         f"{name} flies the acceptance plan at {height:.0f} m: every leg is within its limits."
         if not excess
         else f"{name} does not hold the limits of the acceptance plan at {height:.0f} m: {'; '.join(excess)}."
     )
     columns = (Column("leg", words=True), *(Column(head) for _, head in _KEYS))
-    rows = [(one.leg, *(_cell(one, key) for key, _ in _KEYS)) for one in errors]
+    rows = [(leg_errors.leg, *(_cell(leg_errors, key) for key, _ in _KEYS)) for leg_errors in errors]
     yield Table(columns, rows, title="Largest errors", note="In brackets: limits.")
 
 

@@ -108,10 +108,10 @@ def fly_acceptance(aircraft: str, performance: Performance, height: float) -> tu
     Raises:
         InputError: a leg cannot be flown: the sentence of the flight says why.
     """
-    found: list[LegErrors] = []
+    errors: list[LegErrors] = []
     for plan, names in acceptance_plans(aircraft, performance, height):
-        found += errors_of_legs(plan, fly_plan(plan), names)
-    return tuple(found)
+        errors += errors_of_legs(plan, fly_plan(plan), names)
+    return tuple(errors)
 
 
 def errors_of_legs(plan: FlightPlan, record: FlightRecord, names: list[str]) -> list[LegErrors]:
@@ -130,7 +130,7 @@ def errors_of_legs(plan: FlightPlan, record: FlightRecord, names: list[str]) -> 
     bounds = [event.time for event in record.events if event.text.endswith((" begins", " ends"))]
     start: Any = plan.start
     level, speed, course = start.altitude_m, start.airspeed_kt, float(heading[0])
-    found = []
+    errors = []
     for number, (leg, name) in enumerate(zip(plan.legs, names, strict=True)):
         begin, end = bounds[2 * number : 2 * number + 2]
         settled = leg.type == "hold" and name != "gust"
@@ -143,8 +143,8 @@ def errors_of_legs(plan: FlightPlan, record: FlightRecord, names: list[str]) -> 
         limits = LIMITS[kind]
         values = (height - level, airspeed - speed, (heading - course) / DEG, rates)
         asked = (limits.height_m, limits.airspeed_kt, limits.heading_deg, limits.rate_deg_s)
-        found.append(LegErrors(name, kind, *(_largest(v[part], a) for v, a in zip(values, asked, strict=True))))
-    return found
+        errors.append(LegErrors(name, kind, *(_largest(v[part], a) for v, a in zip(values, asked, strict=True))))
+    return errors
 
 
 def _largest(values: Array, limit: float | None) -> float | None:

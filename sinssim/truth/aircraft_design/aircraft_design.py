@@ -141,7 +141,7 @@ class _Design:
             errors = fly_acceptance(str(self._folder), self._aircraft.performance, height)
         except InputError as error:
             raise InputError(f"the acceptance flight fails: {_plainly(str(error), self._folder)}") from error
-        if excess := [words for one in errors if (words := one.excess())]:
+        if excess := [words for leg_errors in errors if (words := leg_errors.excess())]:
             raise InputError(f"the loops do not hold it in the acceptance flight: {'; '.join(excess[:2])}")
         return errors
 

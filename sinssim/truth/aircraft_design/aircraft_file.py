@@ -93,13 +93,13 @@ def aircraft_text(
             "",
             f"# Largest errors in the acceptance flight at {height:.0f} m (height m, airspeed kt, heading °):",
         ]
-        for one in table:
+        for of in table:
             shown = [
                 f"{value:.2f}{unit}"
-                for value, unit in ((one.height_m, " m"), (one.airspeed_kt, " kt"), (one.heading_deg, "°"))
+                for value, unit in ((of.height_m, " m"), (of.airspeed_kt, " kt"), (of.heading_deg, "°"))
                 if value is not None
             ]
-            lines.append(f"#   {one.leg}: {', '.join(shown)}")
+            lines.append(f"#   {of.leg}: {', '.join(shown)}")
     return "\n".join(lines) + "\n"
 
 
@@ -109,7 +109,7 @@ def _value(value: object) -> str:
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False)
     if isinstance(value, tuple | list):
-        return f"[{', '.join(_value(one) for one in value)}]"
+        return f"[{', '.join(_value(item) for item in value)}]"
     return repr(value)
 
 
@@ -125,11 +125,11 @@ def _margin_lines(design: LoopDesign, height: float) -> list[str]:
         f"designed at {height:.0f} m.",
         f"# Roll lag {design.roll_lag:.2f} s, thrust {design.thrust:.2f} m/s² with a lag of {design.engine_lag:.2f} s.",
     ]
-    for one in design.margins:
-        m = one.margins
+    for entry in design.margins:
+        m = entry.margins
         gain = "no limit" if m.gain_db > 90.0 else f"{m.gain_db:.0f} dB"
         phase = "no crossover" if m.phase_deg > 180.0 else f"{m.phase_deg:.0f}° at {m.crossover:.1f} rad/s"
-        lines.append(f"#   {one.loop} at {one.airspeed / KNOT:.0f} kt, {one.height:.0f} m: {gain}, {phase}")
+        lines.append(f"#   {entry.loop} at {entry.airspeed / KNOT:.0f} kt, {entry.height:.0f} m: {gain}, {phase}")
     return lines
 
 

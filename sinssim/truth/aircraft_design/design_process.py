@@ -39,13 +39,13 @@ def design_apart(model: str, folder: Path | None, report: Report) -> DesignedAir
 
         other.send((model, folder))
         try:
-            found: DesignedAircraft = other.answer(hear)  # type: ignore[arg-type]
+            answer: DesignedAircraft = other.answer(hear)  # type: ignore[arg-type]
         except RunError as error:
             what = str(error).split(":")[0].rstrip(".")  # its output is lost
             if time.monotonic() >= end:
                 what = f"its design takes longer than {LONGEST / 60.0:g} minutes"
             raise RefusedError(f"the model {model} cannot be flown: {what}.") from error
-    return found
+    return answer
 
 
 def serve_design() -> None:
@@ -66,10 +66,10 @@ def acceptance_apart(name: str) -> tuple[float, tuple[LegErrors, ...]]:
     with OtherProcess(name, "serve_acceptance", __name__, LONGEST) as other:
         other.send(name)
         try:
-            found: tuple[float, tuple[LegErrors, ...]] = other.answer()
+            answer: tuple[float, tuple[LegErrors, ...]] = other.answer()
         except RunError as error:
             raise InputError(f"the aircraft {name} cannot be flown: {error}") from error
-    return found
+    return answer
 
 
 def serve_acceptance() -> None:

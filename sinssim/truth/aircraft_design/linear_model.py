@@ -60,22 +60,22 @@ class LinearModel:
         """Return the frequency response, (frequencies, outputs, inputs), at angular frequencies, rad/s."""
         z = np.exp(1j * np.asarray(omega) * INTERVAL)
         eye = np.eye(len(self.a))
-        found: Array = np.array([self.c @ np.linalg.solve(at * eye - self.a, self.b) for at in z])
-        return found
+        response: Array = np.array([self.c @ np.linalg.solve(at * eye - self.a, self.b) for at in z])
+        return response
 
     def step(self, control: str, count: int) -> Array:
         """Return the response to a unit step of a control, (count + 1, outputs)."""
         state, column = np.zeros(len(self.a)), self.b[:, self.inputs.index(control)]
-        found = [self.c @ state]
+        outputs = [self.c @ state]
         for _ in range(count):
             state = self.a @ state + column
-            found.append(self.c @ state)
-        return np.array(found)
+            outputs.append(self.c @ state)
+        return np.array(outputs)
 
     def poles(self) -> Array:
         """Return the poles, rad/s, complex: log z over the interval."""
-        found: Array = np.log(np.linalg.eigvals(self.a).astype(complex)) / INTERVAL
-        return found
+        exponents: Array = np.log(np.linalg.eigvals(self.a).astype(complex)) / INTERVAL
+        return exponents
 
 
 @dataclass(frozen=True)
@@ -125,10 +125,10 @@ def _misfit(model: LinearModel, sized: Array, scale: Array) -> float:
     """Return the largest share of an input's scaled responses that a model misses."""
     worst = 0.0
     for number, name in enumerate(model.inputs):
-        known, found = sized[:, :, number], model.step(name, len(sized) - 1) * scale
+        known, predicted = sized[:, :, number], model.step(name, len(sized) - 1) * scale
         size = float(np.abs(known).max())
         if size > 0.0:
-            missed = float(np.abs(found - known).max()) / size
+            missed = float(np.abs(predicted - known).max()) / size
             worst = max(worst, missed if math.isfinite(missed) else math.inf)
     return worst
 
@@ -157,15 +157,15 @@ class FlownResponses:
             rest = {name: [node.get_double_value() for node in given] for name, given in nodes.items()}
             read = [(manager.get_node(OUTPUTS[name][0]).get_double_value, OUTPUTS[name][1]) for name in outputs]
             self.trim = _trim(executive)
-            found = [[factor * value() for value, factor in read]]
+            rows = [[factor * value() for value, factor in read]]
             for step in range(count):
                 for name, change in moves(step).items():
                     for node, value in zip(nodes[name], rest[name], strict=True):
                         node.set_double_value(value + change)
                 for _ in range(4):
                     executive.run()
-                found.append([factor * value() for value, factor in read])
-        values = np.array(found)
+                rows.append([factor * value() for value, factor in read])
+        values = np.array(rows)
         if not np.isfinite(values).all():
             raise InputError("the model diverges within seconds of its trim")
         return values

@@ -68,7 +68,7 @@ class LoopDesign:
 
     def least(self, loop: str) -> Margins:
         """Return the smallest margins of a loop over all trims."""
-        of = [one.margins for one in self.margins if one.loop == loop]
+        of = [entry.margins for entry in self.margins if entry.loop == loop]
         return Margins(min(m.gain_db for m in of), min(m.phase_deg for m in of), max(m.crossover for m in of))
 
 
@@ -194,13 +194,13 @@ def design_loops(
         sideslip_integral=_rounded(lateral.sideslip_integral),
         steering_gain=1.0,
     )
-    found = loop_margins(points, gains)
-    return LoopDesign(gains, found, roll_lag, at_reference, engine_lag, thrust)
+    stability = loop_margins(points, gains)
+    return LoopDesign(gains, stability, roll_lag, at_reference, engine_lag, thrust)
 
 
 def loop_margins(points: Sequence[DesignPoint], gains: AutopilotGains) -> tuple[LoopMargins, ...]:
     """Return the margins that gains leave at each trim: each loop is broken with the others closed."""
-    reference, found = gains.reference_kt * KNOT, list[LoopMargins]()
+    reference, stability = gains.reference_kt * KNOT, list[LoopMargins]()
     k = _Lateral(
         gains.bank_gain, gains.roll_gain, gains.roll_integral, 0.0, gains.yaw_gain, gains.sideslip_gain,
         gains.sideslip_integral,
@@ -209,8 +209,8 @@ def loop_margins(points: Sequence[DesignPoint], gains: AutopilotGains) -> tuple[
         at = _Scheduled(point, reference, scheduled=gains.airspeed_scheduled)
         roll, yaw = at.lateral_loops(k)
         for name, loop in (("pitch", at.pitch(gains.pitch_gain, gains.pitch_integral)), ("roll", roll), ("yaw", yaw)):
-            found.append(LoopMargins(name, point.height, point.trim.cas, margins(loop)))
-    return tuple(found)
+            stability.append(LoopMargins(name, point.height, point.trim.cas, margins(loop)))
+    return tuple(stability)
 
 
 def _rounded(value: float, digits: int = 3) -> float:
@@ -241,10 +241,10 @@ def _largest(
 ) -> float:  # fmt: skip
     """Return the largest gain with the margins at every trim."""
     for gain in reversed(_LADDER.tolist()):
-        found = [margins(loop) for at in places for loop in loops(at, gain)]
-        if all(m.gain_db >= LEAST_DB and m.phase_deg >= LEAST_DEG and m.crossover <= crossover for m in found) and all(
-            settles(at, gain) for at in places
-        ):
+        stability = [margins(loop) for at in places for loop in loops(at, gain)]
+        if all(
+            m.gain_db >= LEAST_DB and m.phase_deg >= LEAST_DEG and m.crossover <= crossover for m in stability
+        ) and all(settles(at, gain) for at in places):
             return float(gain)
     raise InputError(
         f"no gain of the {control} leaves margins of {LEAST_DB:g} dB and {LEAST_DEG:g}° at "
@@ -339,13 +339,16 @@ def _lateral(places: Sequence[_Scheduled], pace: float) -> tuple[_Lateral, float
                 continue
             if any(margins(at.lateral_loops(k)[1]).crossover > pace * _YAW_CROSSOVER for at in places):
                 continue
-            found = sum(_cost_of(_roll_in(at, k, 0.0, bank=20.0 * DEG)) for at in places)
-            if found < 0.98 * cost:  # a larger gain must be worth it
-                best, cost = k, found
+            with_gain = sum(_cost_of(_roll_in(at, k, 0.0, bank=20.0 * DEG)) for at in places)
+            if with_gain < 0.98 * cost:  # a larger gain must be worth it
+                best, cost = k, with_gain
     if math.isinf(cost):
         raise InputError(f"no gains of the aileron and the rudder leave margins of {LEAST_DB:g} dB and {LEAST_DEG:g}°")
     plant = float(np.real(1.0 / first.point.lateral.response(np.array([1.0]))[0, 0, 0]))
-    share = min(_SHARES, key=lambda one: _cost_of(_roll_in(first, best, one * max(plant, 0.0), bank=20.0 * DEG)))
+    share = min(
+        _SHARES,
+        key=lambda part: _cost_of(_roll_in(first, best, part * max(plant, 0.0), bank=20.0 * DEG)),
+    )
     return best, roll_lag, share * max(plant, 0.0)
 
 

@@ -66,16 +66,16 @@ def engine_words(count: int) -> str:
 def described_models() -> dict[str, str]:
     """Return the models of JSBSim's package with their engines and what they call themselves; a file with a fault must
     not hide the others."""
-    found = {}
+    sentences = {}
     for name, place in package_models().items():
         try:
             root = _definition(place)
             engines = engine_words(len(_engine_files(place, root)))
             title = " ".join((root.get("name") or "").split())
-            found[name] = f"{title}, {engines}" if title else engines
+            sentences[name] = f"{title}, {engines}" if title else engines
         except InputError as error:
-            found[name] = f"(cannot be used: {error})"
-    return found
+            sentences[name] = f"(cannot be used: {error})"
+    return sentences
 
 
 def find_model(model: str, folder: Path | None = None) -> Path:
@@ -169,8 +169,8 @@ def _feeds(root: ElementTree.Element) -> dict[str, str]:
     changes = {}
     for number, engine in enumerate(root.findall("propulsion/engine")):
         feeds = [int(float(feed.text or 0)) for feed in engine.findall("feed")]
-        held = sum(tanks[tank] for tank in feeds if 0 <= tank < len(tanks))
-        if feeds and held < _LEAST_FEED * sum(tanks):
+        fuel = sum(tanks[tank] for tank in feeds if 0 <= tank < len(tanks))
+        if feeds and fuel < _LEAST_FEED * sum(tanks):
             changes[f"propulsion/engine[{number + 1}]/feed"] = str(fullest[number % len(fullest)])
     return changes
 
@@ -205,10 +205,10 @@ def _loaded(place: Path, root: ElementTree.Element, folder: Path, messages: list
 def _reason(text: str) -> str:
     """Return the sentence of a load that failed."""
     words = text.replace("FGPropertyValue::GetValue()", "").split()
-    said = " ".join(words[-40:]).rstrip(".") or "JSBSim gives no reason"
-    if "does not exist" in said and "property" in said:
-        return f"it needs a simulator around it: {said[said.index('The property') :].replace('The', 'the', 1)}"
-    return f"JSBSim cannot load it: {said}"
+    reason = " ".join(words[-40:]).rstrip(".") or "JSBSim gives no reason"
+    if "does not exist" in reason and "property" in reason:
+        return f"it needs a simulator around it: {reason[reason.index('The property') :].replace('The', 'the', 1)}"
+    return f"JSBSim cannot load it: {reason}"
 
 
 def _greatest_lift(executive: Any) -> tuple[float, float]:
