@@ -273,7 +273,7 @@ def test_check_of_a_parked_vehicle(folder: Path, capsys: pytest.CaptureFixture[s
         (PARKED.replace("rate_hz = 20.0", "rate_hz = -20.0"), "imu.rate_hz = -20.0 must be greater than 0"),
         (PARKED.replace("56.0", "90.1"), "parked.latitude_deg = 90.1 must be at most 90"),
         (PARKED.replace("[imu]", '[imu]\ngrade = "gold"'), "unknown IMU grade 'gold'. Known: consumer, ideal,"),
-        (FLIGHT.replace("737", "747"), "unknown aircraft '747'. Did you mean '737'?"),
+        (FLIGHT.replace("737", "747"), "unknown aircraft '747'. Did you mean 'B747'?"),
         (FLIGHT.replace('"euler"', '"eular"'), "unknown algorithm 'eular'. Did you mean 'euler'?"),
     ],
 )

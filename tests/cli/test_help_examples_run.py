@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
+import jsbsim
 import numpy as np
 import pytest
 
@@ -124,7 +125,7 @@ SHORTER = {
 LONG = (
     *("compare coning", "compare gyro_trade", "--vary", "--runs 1000", "--sheet", "--until-decided"),
     *("run imu.csv gnss.pos", "run my_drive.toml", "inspect imu.csv gnss.pos", "allan drive.toml", "allan log.npz"),
-    *("calibration_systematic", "align parked", "--require", "--to pty:", "--as mavlink", "--guide"),
+    *("calibration_systematic", "aircraft add", "align parked", "--require", "--to pty:", "--as mavlink", "--guide"),
 )
 """Parts of the examples that take one to twenty seconds of processor time: they run with -m slow."""
 
@@ -189,6 +190,9 @@ def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("examples")
     _write_scenarios(folder)
     _write_records(folder)
+    model = folder / "models" / "my_model"
+    shutil.copytree(Path(jsbsim.get_default_root_dir()) / "aircraft" / "c172x", model)
+    (model / "c172x.xml").rename(model / "my_model.xml")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         for scenario, run in (

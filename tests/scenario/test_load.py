@@ -282,7 +282,7 @@ def test_an_aircrafts_name_may_be_a_number(tmp_path: Path) -> None:
     scenario = load_scenario(file, ["flight.aircraft=737"])
     assert scenario.flight is not None
     assert scenario.flight.aircraft == "737"
-    assert "unknown aircraft '747'. Did you mean '737'?" in mistake(tmp_path, FLIGHT, "flight.aircraft=747")
+    assert "unknown aircraft '747'. Did you mean 'B747'?" in mistake(tmp_path, FLIGHT, "flight.aircraft=747")
     assert "must be text" in mistake(tmp_path, FLIGHT, "flight.aircraft=true")
 
 

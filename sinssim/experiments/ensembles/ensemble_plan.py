@@ -290,7 +290,7 @@ class Plan:
     @property
     def filtered(self) -> bool:
         """Whether the errors of a filter's solution are kept."""
-        return bool(self.blocks)
+        return _by_filter(self.scenario, self.solution)
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -318,6 +318,11 @@ class Plan:
             [self.contents, self.scenario.seed, self.epochs.tolist(), self.chunk, self.flight], sort_keys=True
         )
         return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _by_filter(scenario: Scenario, solution: str) -> bool:
+    """Return whether a solution is that of a filter of the package, with states and a covariance."""
+    return solution == AIDED or solution in {of.name for of in scenario.filters if of.kind in SHIPPED}
 
 
 def make_plan(
@@ -348,7 +353,7 @@ def make_plan(
     solution = (section.solution if section else None) or (
         AIDED if scenario.filter is not None else scenario.navigation.algorithms[0]
     )
-    by_filter = solution == AIDED or solution in {of.name for of in scenario.filters if of.kind in SHIPPED}
+    by_filter = _by_filter(scenario, solution)
     scenario = with_first(scenario, solution) if by_filter else scenario
     check_programs(scenario)
     check_times(scenario)
