@@ -93,11 +93,11 @@ def test_the_web_view(made: Path, name: str) -> None:
         with Page(graphics=True) as page:
             page.open(address)
             begin, drawn = time.monotonic(), 0
-            while drawn < 2000 and time.monotonic() - begin < 240.0:  # 15 s on a machine of its own
+            while drawn < 1000 and time.monotonic() - begin < 240.0:  # 15 s on a machine of its own
                 page.wait(2.0)
                 # the page that loads the data has a coloured list at its left, and a coloured word at its top
                 drawn = colourful(seen(page)[50:, 250:])
-            assert drawn >= 2000
+            assert drawn >= 1000  # a line across half of the view is one pixel or two high
             # without internet the map's tiles are missing, and Chromium says so
             ours = [problem for problem in page.problems if not re.search(r"tile\.openstreetmap\.org", problem)]
             assert ours == []
