@@ -37,6 +37,7 @@ from filterpy.kalman import JulierSigmaPoints, MerweScaledSigmaPoints, unscented
 
 from sinssim import rotation
 from sinssim.data import Array
+from sinssim.errors import InputError
 from sinssim.estimation.kalman_filter import ErrorFilter, Innovation
 from sinssim.estimation.linearisation import Linearisation, Observed
 from sinssim.sensors.measurement_kind import PHI, R, V, skew
@@ -193,10 +194,12 @@ def by_group(errors: Array) -> tuple[Array, Array]:
 
 
 def filter_of(kind: str, covariance: Array, seed: int) -> ErrorFilter:
-    """Return a filter of a kind at its start, with P₀, (n, n)."""
+    """Return a filter of a kind at its start, with P₀, (n, n); InputError for an ensemble with too many states."""
     n = len(covariance)
     if kind == "unscented":
         return PointFilter(covariance, MerweScaledSigmaPoints(n, math.sqrt(3.0 / n), 2.0, 0.0, sqrt_method=_root))
     if kind == "cubature":
         return PointFilter(covariance, JulierSigmaPoints(n, 0.0, sqrt_method=_root))
+    if kind == "ensemble" and 2 * n >= MEMBERS:  # what is drawn is orthogonal to n deviations
+        raise InputError(f"{MEMBERS} members are too few for {n} states; an ensemble has fewer than {MEMBERS // 2}.")
     return EnsembleFilter(covariance, seed) if kind == "ensemble" else ErrorFilter(covariance)

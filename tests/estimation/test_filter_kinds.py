@@ -16,7 +16,7 @@ from sinssim.errors import InputError
 from sinssim.estimation import error_model
 from sinssim.estimation.error_dynamics import driving_noise
 from sinssim.estimation.estimate import estimate
-from sinssim.estimation.filter_kinds import MEMBERS, by_group, filter_of
+from sinssim.estimation.filter_kinds import by_group, filter_of
 from sinssim.estimation.linearisation import Linearisation, Surroundings, linearise
 from sinssim.estimation.measurement_epochs import take_in
 from sinssim.filters import SHIPPED
@@ -186,4 +186,6 @@ def test_what_a_kind_cannot_is_refused() -> None:
         estimate(*rest, kind="cubature", smooth=True)
     with pytest.raises(InputError, match="kind"):
         estimate(*rest, kind="extended")
-    assert MEMBERS > 2 * 60  # twice the states of the largest models: members and noise are orthogonal
+    assert len(filter_of("ensemble", np.eye(99), 0).x) == 99  # members and noise are orthogonal: 1 + 99 + 99 columns
+    with pytest.raises(InputError, match="200 members are too few for 100 states; an ensemble has fewer than 100"):
+        filter_of("ensemble", np.eye(100), 0)

@@ -11,6 +11,7 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.estimation.consistency import consistency, nees
 from sinssim.exhibits import Column, Item, Medium, Sentence, Table
+from sinssim.experiments.run.parts.foreign_navigators import SIGMAS
 from sinssim.experiments.run.run_result import Part
 from sinssim.recording.streams import Stream, Vector
 from sinssim.sensors.measurement_kind import CORE, PHI, R
@@ -94,14 +95,9 @@ class FurtherFilters(Part[dict[str, Compared]]):
 
     def streams(self) -> Iterator[Stream]:
         """Yield the 1σ of each filter's navigation states."""
-        axes = ("n", "e", "d")
-        names = (
-            *(f"sigma_position_{axis}_m" for axis in axes), *(f"sigma_velocity_{axis}_mps" for axis in axes),
-            *(f"sigma_phi_{axis}_rad" for axis in axes),
-        )  # fmt: skip
         for name, of in self._solutions.items():
             if of.sigma is not None:
-                yield Stream(f"filter_{name}", of.time, (Vector("sigma", names, of.sigma),))
+                yield Stream(f"filter_{name}", of.time, (Vector("sigma", SIGMAS, of.sigma),))
 
 
 def _rms(values: Array) -> float | None:

@@ -19,6 +19,11 @@ from sinssim.simulation.navigator_protocol import ForeignSolution
 from sinssim.units import fixed
 
 _VECTORS = ("position_ned", "velocity_ned", "attitude")
+SIGMAS = (
+    *(f"sigma_position_{axis}_m" for axis in "ned"), *(f"sigma_velocity_{axis}_mps" for axis in "ned"),
+    *(f"sigma_phi_{axis}_rad" for axis in "ned"),
+)  # fmt: skip
+"""Columns of the 1σ of position, velocity and attitude, of any solution that states them."""
 _NORMAL = 0.6827
 """Share of normal errors within 1σ."""
 _MOST_STATUS = 20
@@ -101,14 +106,9 @@ class Navigators(Part[dict[str, Stated]]):
 
     def streams(self) -> Iterator[Stream]:
         """Yield the 1σ, the biases and the status that they state."""
-        axes = ("n", "e", "d")
-        sigmas = (
-            *(f"sigma_position_{axis}_m" for axis in axes), *(f"sigma_velocity_{axis}_mps" for axis in axes),
-            *(f"sigma_phi_{axis}_rad" for axis in axes),
-        )  # fmt: skip
         biases = (*(f"gyro_bias_{axis}_radps" for axis in "xyz"), *(f"accel_bias_{axis}_mps2" for axis in "xyz"))
         for name, of in self._solutions.items():
-            vectors = [] if of.sigma is None else [Vector("sigma", sigmas, of.sigma)]
+            vectors = [] if of.sigma is None else [Vector("sigma", SIGMAS, of.sigma)]
             vectors += [] if of.biases is None else [Vector("biases", biases, of.biases)]
             vectors += [] if of.status is None else [Vector("status", ("status",), of.status[:, None])]
             if vectors:
