@@ -451,6 +451,13 @@ const live = (() => {
     });
   }
   document.addEventListener("DOMContentLoaded", begin);
-  return Object.assign(shared, {css, ends, show, point, visit, events, above, copy, cursor, between, resolution, unpack,
-                                inflate, keep, kept, replace});
+  function add(parent, name, text = "", more = {}) {
+    const part = parent.appendChild(document.createElement(name));
+    part.textContent = text;
+    for (const [key, value] of Object.entries(more)) part.setAttribute(key, value);
+    return part;
+  }
+
+  return Object.assign(shared, {add, css, ends, show, point, visit, events, above, copy, cursor, between, resolution,
+                                unpack, inflate, keep, kept, replace});
 })();

@@ -4,12 +4,7 @@
 (() => {
   const KEYS = 200, COLUMNS = 12; // most rows and columns of the table of keys
 
-  function add(parent, name, text = "", more = {}) {
-    const part = parent.appendChild(document.createElement(name));
-    part.textContent = text;
-    for (const [key, value] of Object.entries(more)) part.setAttribute(key, value);
-    return part;
-  }
+  const {add} = live;
 
   async function begin(place) {
     const plain = JSON.parse(place.dataset.live), arrays = await live.unpack(plain);

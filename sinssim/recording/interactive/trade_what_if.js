@@ -7,12 +7,7 @@
   const four = v => v === null || !Number.isFinite(v) ? "\u2013" : String(Number(v.toPrecision(4))).replace("-", "\u2212");
   const twelve = v => Number(v.toPrecision(12));
 
-  function add(parent, name, text = "", more = {}) {
-    const part = parent.appendChild(document.createElement(name));
-    part.textContent = text;
-    for (const [key, value] of Object.entries(more)) part.setAttribute(key, value);
-    return part;
-  }
+  const {add} = live;
 
   async function begin(place) {
     const given = JSON.parse(place.dataset.live), arrays = await live.unpack(given), factors = {};
