@@ -376,7 +376,8 @@ const live = (() => {
       scales: {x: {time: false, distr: chart.x.log ? 3 : 1, range: () => ends(chart)},
                y: {distr: chart.y.log ? 3 : 1, range: vertical}},
       axes: [axis(chart, 2), axis(chart, 3)],
-      legend: {markers: {dash: (u, k) => u.series[k].dash ? "dashed" : "solid"}},
+      legend: {markers: {dash: (u, k) => u.series[k].dash ? "dashed" : "solid",
+                         fill: (u, k) => u.series[k].of?.band && !u.series[k].of.band.share ? faded(css(u.series[k].of.color)) : null}},
       series: [{label: chart.x.label || "at", value: u => reading(cursor(u), chart.x.unit)}, ...options],
       cursor: {
         drag: {x: true, y: false, setScale: false}, y: false, points: {show: false},

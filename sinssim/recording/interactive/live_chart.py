@@ -25,21 +25,22 @@ from sinssim.data import Array
 from sinssim.exhibits import Interactive
 from sinssim.recording import style
 from sinssim.recording.svg import DASHES, MOST_DOTS, WIDTHS, pieces
-from sinssim.units import TIME_SCALE
+from sinssim.units import TIME_SCALE, fixed
 
 _TIES = {style.INK: "--ink", style.SOFT: "--soft", style.FAINT: "--line", style.GRID: "--hair"}
 """Colours that are others on a dark page, and their names in its style."""
 
+_SECONDS = fixed("s")
 _MOST = float(np.finfo(np.float32).max)
 
 Ends = tuple[float, float]
 
 
 def can_live(chart: Chart) -> bool:
-    """Return whether a chart consists of curves over time."""
+    """Return whether a chart consists of curves over time or over a duration."""
     lines = [mark for mark in chart.marks if isinstance(mark, Line | Dots | Band | Shares)]
     return (
-        chart.x.units is TIME_SCALE
+        chart.x.units in (TIME_SCALE, _SECONDS)
         and not (chart.equal or chart.y.names)
         and any(isinstance(mark, Line | Shares) for mark in lines)
         and all(isinstance(mark, Line | Dots | Band | Shares | Rule | Limit | Remark) for mark in chart.marks)
