@@ -306,7 +306,7 @@ _OF_MAPS = (
     " So does a map, which dragging and the arrows move; the cursor has its place there, and <em>3-D</em> copies the "
     "command that shows this instant in the viewer."
 )
-_OF_ELLIPSES = " The ellipse about that place contains 95 % of the positions that the filter expects."
+_OF_ELLIPSES = " The ellipse about that place contains 95 % of the positions that are expected."
 
 
 def packaged(name: str, package: str = __package__ or "") -> str:

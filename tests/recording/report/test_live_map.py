@@ -14,8 +14,8 @@ import pytest
 from sinssim.charts import Axis, Chart, Charts, Dots, Ellipses, Line, Remark, ScaleBar, over
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.exhibits import Exhibits, Section
-from sinssim.experiments.run.track_map import Spread, Track, coasts_about, track_map
 from sinssim.recording.page import page_of
+from sinssim.recording.track_map import Spread, Track, coasts_about, track_map
 from sinssim.units import DEG, fixed
 from tests.browser import CHROMIUM, Page, file_address
 
@@ -71,6 +71,27 @@ def test_a_map_has_the_ellipses_of_a_solution_where_it_is() -> None:
     aided = next(mark for mark in chart.marks if isinstance(mark, Line) and mark.label == "aided")
     assert ellipses.centres[[0, -1]] == pytest.approx(np.column_stack((aided.x[[0, -1]], aided.y[[0, -1]])))
     assert sum(isinstance(mark, Ellipses) for mark in track_map(tracks, WGS84)) == 0
+
+
+def test_a_map_has_the_ellipses_of_all_runs_and_the_planned_path() -> None:
+    """Of a vehicle at rest, 100 m to the south and 200 m to the east of it, with σ of 500 m: the map shows their whole.
+    The planned path begins 1 km to the north; at 45°, the radius of the meridian is 6367.4 km."""
+    track = Track("true", np.array([0.0, 600.0]), np.full(2, np.pi / 4.0), np.zeros(2), "truth")
+    spread = Spread("true", np.array([0.0, 600.0]), np.tile(np.diag([500.0**2] * 2), (2, 1, 1)),
+                    np.tile([-100.0, 200.0], (2, 1)), "of all runs")  # fmt: skip
+    north = np.pi / 4.0 + np.array([1000.0, 2000.0]) / 6_367_382.0
+    chart = next(iter(track_map([track], WGS84, spread=spread, planned=[(north, np.zeros(2))])))
+    (ellipses,) = [mark for mark in chart.marks if isinstance(mark, Ellipses)]
+    assert ellipses.label == "95 % of all runs"
+    assert ellipses.centres.tolist() == pytest.approx(np.array([[200.0, -100.0]] * 2))
+    assert np.nanmax(ellipses.x) == pytest.approx(200.0 + 500.0 * 2.447747, abs=0.01)
+    assert chart.x.high is not None
+    assert chart.y.low is not None
+    assert np.nanmax(ellipses.x) < chart.x.high
+    assert np.nanmin(ellipses.y) > chart.y.low
+    (planned,) = [mark for mark in chart.marks if isinstance(mark, Line) and mark.label == "planned"]
+    assert planned.y == pytest.approx([1000.0, 2000.0], rel=1e-3)
+    assert next(iter(track_map([track], WGS84))).x.high == pytest.approx(50.0 * 488.0 / 420.0)  # of the place alone
 
 
 def test_coasts_about_a_track_are_near_it() -> None:

@@ -19,10 +19,10 @@ from sinssim.experiments.run.filter_exhibits import marks_of
 from sinssim.experiments.run.filter_summary import Moment, detections, moments, places_of
 from sinssim.experiments.run.parts.phases import phases_of
 from sinssim.experiments.run.run_result import DrawnPath, Part
-from sinssim.experiments.run.track_map import NOTE, Track, track_map
 from sinssim.formatting import listed, number_text, signed
 from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import thinned
+from sinssim.recording.track_map import NOTE, Track, track_map
 from sinssim.simulation.closed_loop import air_sensors
 from sinssim.simulation.navigation_stage import Navigated
 from sinssim.simulation.path_errors import (

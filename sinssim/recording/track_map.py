@@ -43,7 +43,7 @@ _WIDEST, _FAR = 2.0, 10_000.0
 _GRATICULES = (30.0, 20.0, 10.0, 5.0, 2.0, 1.0, 30 / 60, 20 / 60, 10 / 60, 5 / 60, 2 / 60, 1 / 60)  # deg
 _DASHES: tuple[Dash, ...] = ("", "--", ":")
 """So that solutions on the same track do not hide one another; more than three are all solid."""
-_OUTAGE = style.tint(style.COLORS["refused"])
+_OUTAGE, _PLANNED = (style.tint(style.COLORS[name]) for name in ("refused", "planned"))
 NOTE = (
     "Azimuthal equidistant projection about the middle of the {} track, where the axes point east and north. Dotted: "
     "meridians and parallels; behind them, coasts and borders of Natural Earth."
@@ -52,26 +52,31 @@ NOTE = (
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """What a filter states about the horizontal position of its solution.
+    """What a filter states about the horizontal position of its solution, or a budget about all of its runs.
 
     Attributes:
-        track: name of the solution's track.
+        track: name of the track that it is about.
         time: (M,) s.
         covariance: of north and east, (M, 2, 2) m².
+        mean: distance of the middle from the track, north and east, (M, 2) m; None for none.
+        whose: who states it.
     """
 
     track: str
     time: Array
     covariance: Array
+    mean: Array | None = None
+    whose: str = "by the filter"
 
     def ellipses(self, east: Array, north: Array, time: Array, instants: Array) -> Ellipses:
         """Return the ellipses that contain 95 % of a normal distribution, about a track on the map, (N,) m and s, drawn
         at some instants."""
         centres = np.column_stack((np.interp(self.time, time, east), np.interp(self.time, time, north)))
+        centres += 0.0 if self.mean is None else self.mean[:, ::-1]
         sizes, ways = np.linalg.eigh(self.covariance[:, ::-1, ::-1])  # east first
         axes = np.swapaxes(ways * np.sqrt(-2.0 * np.log(0.05) * np.maximum(sizes, 0.0))[:, None, :], 1, 2)[:, ::-1]
         shown = np.unique(np.abs(self.time[:, None] - instants).argmin(axis=0))
-        return Ellipses.about(self.time, centres, axes, shown, label="95 % by the filter", color="r95", weight="thin")
+        return Ellipses.about(self.time, centres, axes, shown, label=f"95 % {self.whose}", color="r95", weight="thin")
 
 
 class Places(Protocol):
@@ -192,12 +197,14 @@ def track_map(
     places: Sequence[tuple[str, float, float]] = (),
     legs: Sequence[tuple[str, float]] = (),
     spread: Spread | None = None,
+    planned: Sequence[tuple[Array, Array]] = (),
     note: str = "",
 ) -> Charts:
     """Return the map of the motion and of solutions that are not far from it.
 
-    Outages, s, are marked on the motion; ellipses show the `spread` of a solution. Places have a name with latitude and
-    longitude, rad; legs have a name with an instant, s, which is marked instead of round times.
+    Outages, s, are marked on the motion; ellipses show the `spread` of a solution, or about the motion, which then
+    widens the map. Places have a name with latitude and longitude, rad; legs have a name with an instant, s, which is
+    marked instead of round times; `planned` are the parts of the planned path, latitudes and longitudes, (K,) rad.
     """
     motion, *solutions = tracks
     up = _normals(motion.latitude, motion.longitude)
@@ -209,24 +216,29 @@ def track_map(
     for track in tracks:
         k = thinned(len(track.time), _ROWS)
         lines.append(projection.plane(track.latitude[k], track.longitude[k]))
-    frame = _frame(*_shown(*lines[0], lines[1:]))
+    ellipses = list[Ellipses]()
+    for track, line in zip(tracks, lines, strict=True):
+        if spread is not None and track.name == spread.track:
+            k = thinned(len(track.time), _ROWS)
+            instants = [motion.time[0], *([at for _, at in legs] or _round_times(motion.time)), motion.time[-1]]
+            ellipses.append(spread.ellipses(*line, track.time[k], np.array(instants)))
+    about = [(part.x, part.y) for part in ellipses if spread is not None and spread.track == motion.name]
+    frame = _frame(*_shown(*lines[0], [*lines[1:], *about]))
     dashes: list[Dash] = ["", *_DASHES[: len(solutions)]]
     dashes = dashes if len(dashes) == len(tracks) else [""] * len(tracks)
     marks: list[Mark] = [*_world(projection, frame), *_graticule(projection, frame)]
+    for number, part in enumerate(planned):
+        label = "" if number else "planned"
+        marks.append(_line(label, *projection.plane(*part), frame, _PLANNED, "broad", grain=_FINE))
     for number, span in enumerate(_within(motion, outages)):
         label = "" if number else "no GNSS"
         marks.append(_line(label, *projection.plane(*span), frame, _OUTAGE, "broad"))
     for track, line, dash in zip(tracks, lines, dashes, strict=True):
         weight: Weight = "wide" if track is motion and solutions else "line"
-        label = track.name if solutions or outages else ""
+        label = track.name if solutions or outages or len(planned) or about else ""
         time = track.time[thinned(len(track.time), _ROWS)] if track is motion else None
         marks.append(_line(label, *line, frame, track.color, weight, dash, time, _FINE))
-    for track, line in zip(tracks, lines, strict=True):
-        if spread is not None and track.name == spread.track:
-            k = thinned(len(track.time), _ROWS)
-            instants = [motion.time[0], *([at for _, at in legs] or _round_times(motion.time)), motion.time[-1]]
-            marks.append(spread.ellipses(*line, track.time[k], np.array(instants)))
-    marks += [*_waypoints(places, projection, frame), *_instants(motion, projection, frame, legs),
+    marks += [*ellipses, *_waypoints(places, projection, frame), *_instants(motion, projection, frame, legs),
               *_scales(frame)]  # fmt: skip
     unit = fixed("km", 1e3) if frame.width > 2000.0 else fixed("m")
     chart = Chart(

@@ -11,7 +11,9 @@ import pytest
 
 from sinssim.data import NavSolution, NavState
 from sinssim.earth import WGS84, geodetic_to_ecef
-from sinssim.experiments.run.track_map import (
+from sinssim.recording import style
+from sinssim.recording.svg_chart import html_of
+from sinssim.recording.track_map import (
     Projection,
     Track,
     _circle,
@@ -27,8 +29,6 @@ from sinssim.experiments.run.track_map import (
     degrees,
     track_map,
 )
-from sinssim.recording import style
-from sinssim.recording.svg_chart import html_of
 
 SVG = "{http://www.w3.org/2000/svg}"
 
