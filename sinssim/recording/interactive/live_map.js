@@ -4,6 +4,7 @@
 "use strict";
 (() => {
   const {add, css, point, spots, unpack} = live;
+  const DRAWN = 40, NAMED = 12; // most airports that are drawn, and with their codes
   const MOST = 5000, NEAR = 12; // largest zoom; px from the track within which its instant is taken
 
   const number = (value, step) => {
@@ -68,6 +69,19 @@
       const look = {fill: "none", stroke: css(line.color), "stroke-width": line.width, "stroke-dasharray": line.dash, "stroke-linejoin": "round"};
       if (!line.marker) add(inside, "path", "", {...look, d: path(map, line.x, line.y, scale)});
       else add(inside, "path", "", {...look, d: line.x.map((v, k) => `M${x(v) - 4} ${y(line.y[k])}l4 -4l4 4l-4 4z`).join("")});
+    }
+    const seen = (a, b) => a >= view[0] && a <= view[1] && b >= view[2] && b <= view[3];
+    for (const {color, x: xs, y: ys, names, large} of given.sites) { // as track_map.py draws them
+      const [es, ns] = [arrays[xs], arrays[ys]], all = names.map((_, k) => k).filter(k => seen(es[k], ns[k])), taken = [];
+      const drawn = [all, all.filter(k => k < large), []].find(some => some.length <= DRAWN);
+      add(inside, "path", "", {d: drawn.map(k => `M${x(es[k]).toFixed(1)} ${y(ns[k]).toFixed(1)}h0`).join(""), fill: "none", stroke: css(color),
+                               "stroke-width": 3.5, "stroke-linecap": "round"});
+      for (const k of drawn.length <= NAMED ? drawn : []) {
+        const [a, b] = [x(es[k]), y(ns[k])];
+        if (a > right - 40 || taken.some(([c, d]) => Math.abs(a - c) <= 40 && Math.abs(b - d) <= 14)) continue;
+        taken.push([a, b]);
+        add(words, "text", names[k], {x: a + 7, y: b + 15, class: "soft over"});
+      }
     }
     for (const dot of given.dots) {
       const xs = arrays[dot.x], ys = arrays[dot.y];
