@@ -8,7 +8,9 @@ from typing import Any
 
 from sinssim.scenario.schema import Key, KeyTable, key_tables, toml_lines
 from sinssim.truth.flight.legs import LEGS
+from sinssim.truth.motions.rocket import Stage
 from sinssim.truth.motions.surface_vehicles import Stop, Straight, Turn
+from sinssim.truth.motions.walk import StandingWalk, StraightWalk, TurningWalk
 
 # Values for the keys that have no default, and for one of two keys that exclude each other: by key, or by table.key.
 EXAMPLES: dict[str, Any] = {
@@ -83,6 +85,7 @@ EXAMPLES: dict[str, Any] = {
     "voyage.legs.speed_mps": 6.0,
     "voyage.legs.angle_deg": 90.0,
     "voyage.legs.rate_deg_s": 0.5,
+    "rocket.payload_kg": 300.0,
     "track.waypoints.name": "crossing",
     "track.waypoints.speed_mps": 15.0,
     "track.waypoints.turn_radius_m": 20.0,
@@ -237,7 +240,9 @@ CHOSEN = {
     "Outages": {"length_s", "every_s"},
 }
 
-LEG_EXAMPLES: dict[str, dict[str, Any]] = {leg.__name__: leg.example for leg in (*LEGS, Straight, Turn, Stop)} | {
+LEG_EXAMPLES: dict[str, dict[str, Any]] = {
+    leg.__name__: leg.example for leg in (*LEGS, Straight, Turn, Stop, StraightWalk, TurningWalk, StandingWalk, Stage)
+} | {
     "Normal": {"key": "navigation.initial_error.heading_arcmin", "mean": 0.0, "sigma": 3.0},
     "Uniform": {"key": "imu.temperature_start_c", "low": -20.0, "high": 40.0},
     "Choice": {"key": "imu.rate_hz", "values": [100.0, 200.0]},
@@ -262,10 +267,11 @@ TITLES = {
     "flight": "Flight",
     "parked": "Parked vehicle",
     "great_circle": "Great-circle motion",
-    "motion": "Motion in closed form for tests of algorithms",
+    "motion": "Motion in closed form for tests of algorithms, or a walk",
     "track": "Recorded or planned track",
     "drive": "Drive on a road",
     "voyage": "Voyage of a ship",
+    "rocket": "Flight of a sounding rocket",
     "turntable": "Calibration on a turntable",
     "log": "Recorded sensors",
     "one_component": "One-component system",

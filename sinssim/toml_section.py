@@ -154,6 +154,8 @@ class Source(Section):
     """Its name in the scenario."""
     travels: ClassVar[bool] = False
     """Whether the vehicle leaves its place; the default height channel is then the baro loop."""
+    leaves_air: ClassVar[bool] = False
+    """Whether it leaves the atmosphere, so that nothing that senses the air has a meaning."""
     recorded: ClassVar[bool] = False
     """Whether the sensors are recorded, not simulated."""
     in_space: ClassVar[bool] = True

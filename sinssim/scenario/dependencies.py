@@ -216,6 +216,15 @@ DEPENDENCIES: Rules = (
     # the source
     (_in_plane, "{it}"),
     (_idle, "{it} ([{s.source.table}]): remove it"),
+    (lambda s: s.source.leaves_air and s.aiding
+     and next((name for name in ("baro", "airspeed") if name in s.aiding.sensors()), ""),
+     "[aiding.{it}] senses the air, which [{s.source.table}] leaves: remove it"),
+    (lambda s: s.source.leaves_air and s.navigation.vertical == "baro-loop",
+     'navigation.vertical = "baro-loop" has no meaning for [{s.source.table}], which leaves the air: choose "free" '
+     "and aid the height by [aiding.gnss]"),
+    (lambda s: s.source.leaves_air and s.gravity,
+     "[{s.source.table}] falls freely in the gravity of [truth], and [gravity] would only change its sensors: remove "
+     "[gravity]"),
     (lambda s: s.log and s.gravity and s.gravity.remainder is not None,
      "[gravity.remainder] is a random part of the true field, but the data are recorded ([log]): remove it"),
     (lambda s: s.log and s.gravity and s.navigation.gravity_degree is None,

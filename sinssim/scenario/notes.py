@@ -187,9 +187,10 @@ def height_words(scenario: Tables) -> str:
     """Describe the height reference and its effect on the horizontal solution."""
     navigation, aiding = scenario.navigation, scenario.aiding
     if navigation.vertical == "free":
+        remedy = "" if scenario.source.leaves_air else ' (navigation.vertical = "baro-loop" stabilises it)'
         return (
             f"free; its errors grow e-fold in {_E_FOLD_S / 60.0:.1f} min and eventually degrade the horizontal "
-            'solution, too (navigation.vertical = "baro-loop" stabilises it)'
+            f"solution, too{remedy}"
         )
     if navigation.vertical == "truth":
         return "the true height: the height has no error and does not affect the horizontal solution"

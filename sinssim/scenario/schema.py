@@ -20,6 +20,7 @@ from sinssim.scenario.tables import AnyClosedForm, Tables
 from sinssim.system.short_repr import html_lines
 from sinssim.truth.flight.flight import Flight
 from sinssim.truth.motions.parked_and_great_circle import GreatCircleFlight, ParkedVehicle
+from sinssim.truth.motions.rocket import Rocket
 from sinssim.truth.motions.surface_vehicles import Drive, Voyage
 from sinssim.truth.motions.turntable import Turntable
 from sinssim.truth.one_component import OneComponent
@@ -28,9 +29,9 @@ from sinssim.truth.one_component import OneComponent
 class Scenario(Tables):
     """One run: a true motion, the IMU that measures it, and the algorithms that navigate with its measurements.
 
-    Exactly one of `flight`, `parked`, `great_circle`, `motion`, `track`, `drive`, `voyage` and `turntable` gives the
-    true motion, or `log` has recorded sensors, or `one_component` describes a run in a vertical plane, with its own
-    sensors.
+    Exactly one of `flight`, `parked`, `great_circle`, `motion`, `track`, `drive`, `voyage`, `rocket` and `turntable`
+    gives the true motion, or `log` has recorded sensors, or `one_component` describes a run in a vertical plane, with
+    its own sensors.
     """
 
     if TYPE_CHECKING:
@@ -46,6 +47,7 @@ class Scenario(Tables):
             track: Track | None = None,
             drive: Drive | None = None,
             voyage: Voyage | None = None,
+            rocket: Rocket | None = None,
             turntable: Turntable | None = None,
             log: Log | None = None,
             one_component: OneComponent | None = None,

@@ -47,9 +47,11 @@ from sinssim.truth.motion import TrueEarth
 from sinssim.truth.motions.analytic import ClosedFormMotion
 from sinssim.truth.motions.coning_and_rocking import ConingMotion, ScullingMotion, SpinConeMotion, SpinRockMotion
 from sinssim.truth.motions.parked_and_great_circle import GreatCircleFlight, ParkedVehicle
+from sinssim.truth.motions.rocket import Rocket
 from sinssim.truth.motions.surface_vehicles import Drive, Voyage
 from sinssim.truth.motions.turntable import RotationTableMotion, Turntable
 from sinssim.truth.motions.vibration import Isolator, Vibration
+from sinssim.truth.motions.walk import WalkMotion
 from sinssim.truth.one_component import OneComponent
 from sinssim.truth.true_gravity import TrueGravity
 
@@ -96,7 +98,8 @@ def _the_only_one(given: tuple[Given, ...]) -> Given:
 
 
 AnyClosedForm = Annotated[
-    ConingMotion | ScullingMotion | SpinConeMotion | SpinRockMotion | RotationTableMotion, Field(discriminator="type")
+    ConingMotion | ScullingMotion | SpinConeMotion | SpinRockMotion | RotationTableMotion | WalkMotion,
+    Field(discriminator="type"),
 ]
 """The table [motion], by its key `type`."""
 
@@ -110,6 +113,7 @@ AnySource = Annotated[
     | Annotated[Track, _Contents, Tag("track")]
     | Annotated[Drive, _Contents, Tag("drive")]
     | Annotated[Voyage, _Contents, Tag("voyage")]
+    | Annotated[Rocket, _Contents, Tag("rocket")]
     | Annotated[Turntable, _Contents, Tag("turntable")]
     | Annotated[Log, _Contents, Tag("log")]
     | Annotated[OneComponent, _Contents, Tag("one_component")],
@@ -127,9 +131,9 @@ TABLES = {
 TRAVELLING = [
     option.__metadata__[-1].tag
     for option in get_args(get_args(AnySource)[0])
-    if (get_args(option.__origin__) or (option.__origin__,))[0].travels
+    if (kind := (get_args(option.__origin__) or (option.__origin__,))[0]).travels and not kind.leaves_air
 ]
-"""Those of vehicles that leave their place."""
+"""Those of vehicles that leave their place and have air for a barometer."""
 
 
 COORDINATES: dict[str, str] = {
@@ -373,6 +377,7 @@ class Tables(Section):
     track = _SourceOf(Track)
     drive = _SourceOf(Drive)
     voyage = _SourceOf(Voyage)
+    rocket = _SourceOf(Rocket)
     log = _SourceOf(Log)
     one_component = _SourceOf(OneComponent)
 

@@ -15,6 +15,12 @@ is taken for rest if it passes three tests:
 
 A vehicle that rolls at a constant, small velocity without more shaking cannot be told from one at rest by any inertial
 sensor. Fixes of a satellite receiver veto a stop where there are any.
+
+A foot stands for some tenths of a second between two swings of large rates and forces, and windows are so short that
+means do not help. A window of W samples f and ω is then taken for rest by the generalised likelihood ratio of Skog et
+al. ("SHOE"), here with the gyros' bias b and the magnitude of gravity g as learned at rest, and divided by its mean 6:
+
+    1/(6W) Σ [ |f − g f̄/|f̄||²/σ_f² + |ω − b|²/σ_ω² ] < ratio
 """
 
 from __future__ import annotations
@@ -42,14 +48,15 @@ class Windows:
     change: Array  # mean of the second half less that of the first, (W, 6)
 
 
-def windows_of(imu: ImuData, length_s: float, step_s: float) -> Windows:
-    """Return means and variances over overlapping windows, with a time from the end of one to the end of the next."""
+def windows_of(imu: ImuData, length_s: float, step_s: float, least: int = 8) -> Windows:
+    """Return means and variances over overlapping windows of at least so many samples, with a time from the end of one
+    to the end of the next."""
     steps = np.diff(imu.time)
     interval = float(np.mean(steps))
     count, step = round(length_s / interval), max(round(step_s / interval), 1)
-    if count < 8 or count > len(steps):
+    if count < least or count > len(steps):
         raise InputError(
-            f"a window of {length_s:g} s needs at least 8 samples and no more than there are: the data have "
+            f"a window of {length_s:g} s needs at least {least} samples and no more than there are: the data have "
             f"{len(steps)} samples of {interval:.3g} s."
         )
     rate = np.concatenate([imu.dtheta, imu.dvel], axis=1) / steps[:, None]
@@ -76,6 +83,10 @@ SIGMAS = 5.0
 """Largest deviation of the means of a window at rest, in units of their scatter."""
 
 _STEPS = 10  # windows begin a tenth of their length after one another
+
+
+FOOT_WINDOW_S = 0.05
+"""Length of the windows in which the stances of a foot are looked for, s."""
 
 
 @dataclass(frozen=True)
@@ -167,6 +178,38 @@ def find_stops(
         elif np.all(np.abs(windows.mean[k] - anchor) <= SIGMAS * np.sqrt(2.0) * rest.scatter):
             spans[-1] = (spans[-1][0], end)
     return Stops(np.array(spans).reshape(-1, 2), rest)
+
+
+def find_stances(
+    imu: ImuData,
+    rest: Rest,
+    *,
+    window_s: float = FOOT_WINDOW_S,
+    ratio: float = RATIO,
+    velocity: Measurements | None = None,
+) -> Stops:
+    """Find the stances of a foot by the likelihood ratio of windows that begin at each sample; see the module's text.
+
+    `ratio` is its largest value; "gnss-velocity" vetoes as in `find_stops`.
+    """
+    checked_increments(imu)
+    window_s, ratio = number("window_s", window_s, "s", low=POSITIVE), number("ratio", ratio, low=POSITIVE)
+    windows = windows_of(imu, window_s, 0.0, least=3)
+    level = np.zeros(len(windows.end))
+    gravity = np.linalg.norm(rest.mean[3:])
+    off = (
+        np.linalg.norm(windows.mean[:, :3] - rest.mean[:3], axis=1),
+        np.linalg.norm(windows.mean[:, 3:], axis=1) - gravity,
+    )
+    for triad, away in zip((slice(0, 3), slice(3, 6)), off, strict=True):
+        level += (windows.variance[:, triad].sum(axis=1) + away**2) / (6.0 * rest.variance[triad].mean())
+    still = level < ratio
+    if velocity is not None:
+        still &= ~_shown_by(velocity, windows, standing=False)
+    begin, end = windows.begin[still], windows.end[still]
+    first = np.flatnonzero(np.append(True, begin[1:] > end[:-1]))[: len(begin)]
+    spans = np.column_stack([begin[first], np.append(end[first[1:] - 1], end[-1:])])
+    return Stops(spans, rest)
 
 
 def _shown_by(velocity: Measurements, windows: Windows, *, standing: bool) -> NDArray[np.bool_]:

@@ -30,6 +30,7 @@ from sinssim.simulation.foreign_navigator import check_programs
 from sinssim.simulation.path_errors import check_path, path_columns
 from sinssim.simulation.truth_and_sensors import Truth, truth_along
 from sinssim.system.short_repr import short_repr
+from sinssim.truth.motions.walk import WalkMotion
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -125,8 +126,8 @@ def _drawn(variation: Normal | Uniform | Choice, seed: int) -> Any:
 
 
 _TABLES = (
-    "flight", "parked", "great_circle", "motion", "track", "drive", "voyage", "turntable", "vibration", "isolator",
-    "truth", "gravity",
+    "flight", "parked", "great_circle", "motion", "track", "drive", "voyage", "rocket", "turntable", "vibration",
+    "isolator", "truth", "gravity",
 )  # fmt: skip
 _OF_BLOCK = ("lever_arm_m", "mounting_deg", "rate_hz", "rotation")
 _KEPT = 2
@@ -136,14 +137,16 @@ _KEPT = 2
 def truth_key(scenario: Scenario) -> str:
     """Return a text that is equal for scenarios with the same true motion and increments.
 
-    It has the tables and keys that determine them, with the seed if turbulence, vibration, road, sea, gravity's
-    remainder or the errors of a turntable are drawn from it. A flight by its navigator is determined by all of them.
+    It has the tables and keys that determine them, with the seed if turbulence, vibration, road, sea, strides,
+    gravity's remainder or the errors of a turntable are drawn from it. A flight by its navigator is determined by all
+    of them.
     """
     if is_guided(scenario):
         return json.dumps(contents_of(scenario), sort_keys=True)
     flight, table = scenario.flight, scenario.turntable
     drawn = (
         bool(scenario.vibration or scenario.drive or scenario.voyage)
+        or isinstance(scenario.motion, WalkMotion)
         or (flight is not None and bool(flight.turbulence))
         or (table is not None and bool(table.position_sigma_arcsec or table.tilt_sigma_arcsec))
         or has_remainder(scenario)

@@ -24,6 +24,7 @@ from sinssim.experiments.run.summary_types import (
     FaultNumbers,
     FilterNumbers,
     HeadingNumbers,
+    RestNumbers,
     SensorNumbers,
     SensorUse,
     StateNumbers,
@@ -97,12 +98,14 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> FilterNumbers:
     A state is observable if the motion shows it and the filter has at least halved its σ; hints explain findings.
     """
     from sinssim.estimation.consistency import consistency
+    from sinssim.scenario.unknown_gravity import gravity_notes
 
     estimate = aided.estimate
     judged, truly = consistency(estimate), _actual(aided)
     findings, known = [*judged.sentences, *truly.sentences], aided.true_parameters_known
     numbers_of = error_numbers_of if known else known_error_numbers_of
     end, used = estimate.divergence, use_of_readings(aided)
+    detected = dict(_detected(aided, scenario))
     sensors: dict[str, SensorNumbers] = {
         i.sensor: {
             "kind": i.kind,
@@ -113,6 +116,7 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> FilterNumbers:
             "first_refused_s": _first(i.time, ~i.accepted & np.isfinite(i.nis)),
             "verdict": s.verdict,
             "tests": {t.name: _test_numbers(t) for t in s.tests},
+            "detection": detected.get(i.sensor),
         }
         for i, s in zip(estimate.innovations, judged.sensors, strict=True)
     }
@@ -123,7 +127,7 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> FilterNumbers:
         "remarks": [*estimate.remarks, *times_not_reached(scenario, aided.end)],
         "consistent": not findings,
         "findings": findings,
-        "hints": list(hints(scenario)) if findings and known else [],
+        "hints": [*gravity_notes(scenario), *hints(scenario)] if findings and known else [],
         "aided": numbers_of(aided.error_blocks) if len(estimate.time) else None,
         "sensors": sensors,
         "faults": list(_faults(aided, scenario)),
@@ -146,6 +150,35 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> FilterNumbers:
     if (diagnosis := diagnosis_numbers(estimate, scenario)) is not None:
         numbers["diagnosis"] = diagnosis
     return numbers
+
+
+def _detected(aided: Aided, scenario: Scenario) -> Iterator[tuple[str, RestNumbers]]:
+    """Yield what sensors that detect rest in the inertial readings have made of it, for a simulated run."""
+    from sinssim.sensors.aiding.standstill import Standstill
+
+    if scenario.aiding is None or not aided.true_parameters_known:
+        return
+    sensed = {readings.measurements.label: readings for readings in aided.sensed}
+    for name, sensor in scenario.aiding.sensors().items():
+        label = name.replace("_", "-")
+        if isinstance(sensor, Standstill) and sensor.detect and label in sensed:
+            at_rest, missed, readings, moving = sensor.compared(sensed[label], aided.trajectory)
+            yield label, {"at_rest": at_rest, "missed": missed, "readings": readings, "in_motion": moving}
+
+
+def _rest_sentences(sensors: Mapping[str, SensorNumbers]) -> Iterator[str]:
+    """Compare detected rest with the true one."""
+    for label, numbers in sensors.items():
+        if (d := numbers.get("detection")) is not None:
+            yield (
+                f"{label}: rest was detected from the inertial readings. Of {d['at_rest']} instants at rest "
+                f"{_share(d['missed'], d['at_rest'])} were missed; of {d['readings']} readings "
+                f"{_share(d['in_motion'], d['readings'])} are in motion (false alarms)."
+            )
+
+
+def _share(part: int, whole: int) -> str:
+    return f"{part} ({100.0 * part / whole:.2g} %)" if whole else "none"
 
 
 def _alignment(aided: Aided, scenario: Scenario) -> AlignmentNumbers | None:
@@ -404,6 +437,7 @@ def sentences(numbers: FilterNumbers, *, diagnosed: bool = True) -> Iterator[str
         if diagnosed and "diagnosis" in numbers:
             yield from numbers["diagnosis"]["what_to_try"]
     yield from numbers["remarks"]
+    yield from _rest_sentences(numbers["sensors"])
     yield from unused_sentences(numbers["sensors"])
 
 

@@ -13,8 +13,8 @@ from sinssim.charts import PAIR, Axis, Chart, Charts, Line, Rule, over
 from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.exhibits import Column, Item, Section, Table
+from sinssim.experiments.run.track_map import NOTE, Spread, Track, degrees, track_map
 from sinssim.recording import style
-from sinssim.recording.track_map import NOTE, Spread, Track, degrees, track_map
 from sinssim.scenario.plan_summary import field_words, given, leg_words, named_places, route_words, values_of
 from sinssim.units import DEG, duration_words, fixed
 
@@ -24,9 +24,6 @@ if TYPE_CHECKING:
     from sinssim.simulation.truth_and_sensors import Truth
     from sinssim.truth.sampling import Channel
     from sinssim.truth.trajectory import Trajectory
-
-
-_BY_LEGS = ("drive", "voyage")
 
 
 def motion_exhibits(scenario: Scenario, truth: Truth, further: Sequence[Item] = ()) -> Iterator[Item]:
@@ -68,17 +65,14 @@ def motion_map(
     solutions: Sequence[Track],
     places: Sequence[tuple[str, float, float]] = (),
     spread: Spread | None = None,
-    planned: Sequence[tuple[Array, Array]] = (),
 ) -> Charts:
-    """Return the map with the true track, those of the solutions with the `spread` of one of them, the parts of the
-    `planned` path, and places with a name, latitude and longitude."""
+    """Return the map with the true track, those of the solutions with the `spread` of one of them, and places with a
+    name, latitude and longitude."""
     motion = replace(motion, color=style.tint(style.COLORS["truth"]) if solutions else "truth")
     outages = () if scenario.aiding is None else scenario.aiding.outages
     note = NOTE.format("true")
     places = [*named_places(scenario), *places]
-    return track_map(
-        [motion, *solutions], ellipsoid, outages=outages, places=places, spread=spread, planned=planned, note=note
-    )
+    return track_map([motion, *solutions], ellipsoid, outages=outages, places=places, spread=spread, note=note)
 
 
 def motion_facts(scenario: Scenario, truth: Truth) -> Table:
@@ -165,10 +159,10 @@ def _source(scenario: Scenario) -> Iterator[tuple[str, str]]:
         yield "turbulence", values_of(flight.turbulence) if flight.turbulence else "none"
     if scenario.track is not None:
         yield "planned route" if scenario.track.waypoints else "recorded track", scenario.track.what
-    for name in ("parked", "great_circle", "motion", "drive", "voyage", "turntable"):
+    for name in ("parked", "great_circle", "motion", "drive", "voyage", "rocket", "turntable"):
         section = getattr(scenario, name)
         if section is not None:
-            legs = f"{len(section.legs)} legs, see below; " if name in _BY_LEGS else ""
+            legs = f"{len(section.legs)} legs, see below; " if hasattr(section, "legs") else ""
             yield name.replace("_", " "), legs + given(section, "legs")
     for vibration in scenario.vibration:
         yield "vibration", given(vibration)
@@ -184,8 +178,7 @@ def _legs(
     """Return the legs that began (type, settings, beginning, end), and all other events."""
     events = [(event.time, event.text) for event in trajectory.events]
     legs: list[tuple[str, str, float, float | None]] = []
-    plan = next((section for name in ("flight", *_BY_LEGS) if (section := getattr(scenario, name)) is not None), None)
-    for i, leg in enumerate(() if plan is None else plan.legs, start=1):
+    for i, leg in enumerate(getattr(scenario.source, "legs", ()), start=1):
         times = {}
         for edge in ("begins", "ends"):
             event = next((e for e in events if e[1] == f"leg {i} ({leg.type}) {edge}"), None)

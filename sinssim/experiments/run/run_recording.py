@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from sinssim import rotation, units
 from sinssim.data import Array, NavSolution, NavState, blocks
+from sinssim.experiments.run.track_map import coasts_about
 from sinssim.recording import style
 from sinssim.recording.rerun.scene import Scene
 from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import RowNumbers, thinned
-from sinssim.recording.track_map import coasts_about
+from sinssim.truth.motions.walk import WalkMotion
 from sinssim.truth.sampling import FlightEvent
 
 if TYPE_CHECKING:
@@ -75,7 +76,11 @@ def _shown(columns: tuple[str, ...], values: Array) -> tuple[list[str], str, flo
 _Ring = list[tuple[float, float, float]]
 _Surface = tuple[Array, NDArray[np.int64], Array]
 
-PATHS = {"aircraft": "Flight path", "land": "Path of the car", "sea": "Path of the ship", "": "Path of the vehicle"}
+PATHS = {
+    "aircraft": "Flight path", "land": "Path of the car", "sea": "Path of the ship", "foot": "Path of the walker",
+    "rocket": "Trajectory of the rocket",
+    "": "Path of the vehicle",
+}  # fmt: skip
 """Title of the path of each kind of vehicle; "" is a vehicle of unknown kind."""
 
 
@@ -88,6 +93,10 @@ def kind_of(scenario: Scenario) -> str:
     sensors = {} if scenario.aiding is None else scenario.aiding.sensors()
     if scenario.drive is not None or {"land_vehicle", "odometer"} & sensors.keys():
         return "land"
+    if isinstance(scenario.motion, WalkMotion):
+        return "foot"
+    if scenario.rocket is not None:
+        return "rocket"
     return "sea" if scenario.voyage is not None else ""
 
 
@@ -100,7 +109,7 @@ def vehicle_mesh(kind: str) -> tuple[Array, NDArray[np.uint32], Array]:
     Returns:
         Vertices (V, 3), triangles (T, 3), brightness of each vertex (V,), 0…1.
     """
-    surfaces = {"aircraft": _aircraft, "land": _car, "sea": _ship, "": _block}[kind]()
+    surfaces = {"aircraft": _aircraft, "land": _car, "sea": _ship, "foot": _shoe, "rocket": _rocket, "": _block}[kind]()
     first = np.cumsum([0, *(len(s[0]) for s in surfaces[:-1])])
     return (
         np.concatenate([vertices for vertices, _, _ in surfaces]),
@@ -140,6 +149,24 @@ def _ship() -> list[_Surface]:
     house = [_deck(-0.22, -0.42, 0.085, -0.06), _deck(-0.24, -0.4, 0.08, -0.19)]
     funnel = [_deck(-0.3, -0.37, 0.03, -0.19), _deck(-0.31, -0.36, 0.025, -0.27)]
     return [_loft(hull, 0.7), _loft(house, 1.0), _loft(funnel, 0.5)]
+
+
+def _shoe() -> list[_Surface]:
+    """Return sole, upper and shaft."""
+    sole = [_plan(0.5, 0.17, 0.1), _plan(0.5, 0.17, 0.04)]
+    upper = [_plan(0.47, 0.16, 0.04), _plan(0.34, 0.1, -0.1)]
+    shaft = [_deck(-0.05, -0.38, 0.11, -0.08), _deck(-0.1, -0.38, 0.1, -0.32)]
+    return [_loft(sole, 0.4), _loft(upper, 0.8), _loft(shaft, 0.9)]
+
+
+def _rocket() -> list[_Surface]:
+    """Return body and four fins."""
+    surfaces = [_loft([_circle(0.5, 0.004), _circle(0.4, 0.025), _circle(0.25, 0.035), _circle(-0.5, 0.035)], 1.0)]
+    for side in (1.0, -1.0):
+        level = [_blade(-0.4, -0.5, 0.03 * side, 0.0, 0.004), _blade(-0.46, -0.5, 0.13 * side, 0.0, 0.002)]
+        upright = [_fin(-0.4, -0.5, 0.03 * side, 0.004), _fin(-0.46, -0.5, 0.13 * side, 0.002)]
+        surfaces += [_loft(level, 0.8), _loft(upright, 0.7)]
+    return surfaces
 
 
 def _block() -> list[_Surface]:

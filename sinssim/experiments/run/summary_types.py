@@ -42,6 +42,16 @@ class SensorUse(TypedDict):
     unused: dict[str, int]
 
 
+class RestNumbers(TypedDict):
+    """Detected rest beside the true one: instants of the readings at which a vehicle was at rest, those without a
+    reading, the readings, and those in motion."""
+
+    at_rest: int
+    missed: int
+    readings: int
+    in_motion: int
+
+
 class SensorNumbers(SensorUse):
     """An aiding sensor: readings, rejections, tests of its innovations."""
 
@@ -52,6 +62,7 @@ class SensorNumbers(SensorUse):
     first_refused_s: Number
     verdict: str
     tests: dict[str, Test]
+    detection: RestNumbers | None
 
 
 class Detection(TypedDict):

@@ -1,4 +1,4 @@
-"""Pseudo-measurements of a vehicle at rest: zero velocity and zero angular rate.
+"""Pseudo-measurements of a vehicle or a foot at rest: zero velocity and zero angular rate.
 
 A reading is zero with a given 1σ, with disturbances by wind and engines. By default there are readings only where the
 true value is at most σ/3. The true value then adds at most 1/9 to the χ² of the three components, 3.11 instead of 3 on
@@ -7,10 +7,8 @@ average, even if the vehicle creeps for long. The σ that the filter assumes is 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -31,6 +29,15 @@ _AT_REST = 1.0 / 3.0
 """Magnitude of the true velocity or rate, in units of the reading's 1σ, up to which a vehicle counts as at rest."""
 
 
+class Detection(NamedTuple):
+    """Detected rest beside the true one, at the instants of the readings."""
+
+    at_rest: int  # instants at which the true motion is at most a third of the 1σ
+    missed: int  # those without a reading
+    readings: int
+    false: int  # readings in motion
+
+
 class Standstill(AidingSensor):
     """Readings of zero while a vehicle stands."""
 
@@ -49,6 +56,20 @@ class Standstill(AidingSensor):
         description="[from, to] of each interval at rest, 5 s or more in total, from which the vibration at rest is "
         "learned",
     )
+    detector: Literal["vehicle", "foot"] = Field(
+        default="vehicle",
+        description="vehicle: windows whose shaking and means are those at rest; foot: short windows whose likelihood "
+        "ratio is that at rest, for a block on a shoe",
+    )
+    window_s: Annotated[float, Field(ge=1e-3, le=60.0)] | None = Field(
+        default=None,
+        description="length of the windows of the detection; default: 1 s for a vehicle, 0.05 s for a foot",
+    )
+    threshold: Annotated[float, Field(gt=1.0, le=1e6)] = Field(
+        default=3.0,
+        description="largest variance of a window at rest (vehicle), or its largest likelihood ratio (foot), in units "
+        "of that learned",
+    )
 
     rules = (
         (lambda s: s.detect and not s.learn_s,
@@ -56,7 +77,8 @@ class Standstill(AidingSensor):
          "[[0.0, 20.0]]"),
         (lambda s: s.detect and s.during_s is not None,
          "detect = true finds the stops, and during_s gives them: remove one of the two"),
-        (lambda s: s.learn_s and not s.detect, "learn_s is for detect = true: set it, or remove learn_s"),
+        (lambda s: not s.detect and (s.changed("learn_s", "detector", "window_s", "threshold")),
+         "{it} is for detect = true: set it, or remove {it}"),
     )  # fmt: skip
 
     @property
@@ -73,9 +95,24 @@ class Standstill(AidingSensor):
 
     def found(self, imu: ImuData, velocity: Measurements | None = None) -> Stops:
         """Return the stops that the inertial readings show; "gnss-velocity" vetoes a stop, if there is any."""
-        from sinssim.sensors.standstill_detection import find_stops, learn_rest
+        from sinssim.sensors.standstill_detection import FOOT_WINDOW_S, find_stances, find_stops, learn_rest
 
-        return find_stops(imu, learn_rest(imu, spans=self.learn_s), velocity=velocity)
+        if self.detector == "foot":
+            rest, window_s = learn_rest(imu, spans=self.learn_s), self.window_s or FOOT_WINDOW_S
+            return find_stances(imu, rest, window_s=window_s, ratio=self.threshold, velocity=velocity)
+        rest = learn_rest(imu, spans=self.learn_s, window_s=self.window_s or 1.0)
+        return find_stops(imu, rest, ratio=self.threshold, velocity=velocity)
+
+    def motion(self, trajectory: Trajectory, time: Array) -> Array:
+        """Return the size of the true motion that a reading takes for zero, (M,)."""
+        raise NotImplementedError
+
+    def compared(self, readings: AidingReadings, trajectory: Trajectory) -> Detection:
+        """Compare the readings with the true motion."""
+        given = np.isin(readings.time, readings.measurements.time)
+        sigma = float(readings.measurements.sigma[0, 0]) if given.any() else 0.0
+        rest = self.motion(trajectory, readings.time) <= _AT_REST * sigma
+        return Detection(*(int(np.count_nonzero(of)) for of in (rest, rest & ~given, given, given & ~rest)))
 
     def stands(self, time: Array, size: Array, sigma: float) -> Mask:
         """Return the instants at which the vehicle is assumed to be at rest."""
@@ -83,11 +120,9 @@ class Standstill(AidingSensor):
             return within(time, self.during_s)
         return np.asarray(size <= _AT_REST * sigma)
 
-    def zeros(
-        self, label: str, vehicle: Vehicle, sigma: float, lasting: float, size: Callable[[Array], Array]
-    ) -> list[AidingReadings]:
+    def zeros(self, label: str, vehicle: Vehicle, sigma: float, lasting: float) -> list[AidingReadings]:
         """Return readings of zero with errors by the shaking of the vehicle: after `lasting` s of a stop that was found
-        or, by the size of the true motion at instants, while the vehicle is assumed to be at rest."""
+        or, by the size of the true motion, while the vehicle is assumed to be at rest."""
         time = self.epochs(vehicle.trajectory)
         value = white(vehicle.seed, f"{label.replace('-', ' ')} noise", (sigma,) * 3, len(time))
         if self.detect and vehicle.imu is not None:
@@ -95,7 +130,7 @@ class Standstill(AidingSensor):
             for begin, end in self.found(vehicle.imu).spans:
                 valid |= (time >= begin + lasting - 1e-9) & (time <= end + 1e-9)
         else:
-            valid = self.stands(time, size(time), sigma)
+            valid = self.stands(time, self.motion(vehicle.trajectory, time), sigma)
         return [self.readings(label, label, time, value, (sigma,) * 3, {}, valid=valid)]
 
 
@@ -125,13 +160,12 @@ class ZeroVelocity(Standstill):
 
     sigma_mps: Noise = Field(default=0.01, description="1σ of each velocity component due to this vibration")
 
+    def motion(self, trajectory: Trajectory, time: Array) -> Array:
+        return np.asarray(np.linalg.norm(trajectory.state(time).velocity_ned, axis=1))
+
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
         """Return zero velocities where the true velocity is at most σ/3, with errors by the shaking of the vehicle."""
-
-        def speed(time: Array) -> Array:
-            return np.asarray(np.linalg.norm(vehicle.trajectory.state(time).velocity_ned, axis=1))
-
-        return self.zeros("zero-velocity", vehicle, self.sigma_mps, 0.0, speed)
+        return self.zeros("zero-velocity", vehicle, self.sigma_mps, 0.0)
 
     def from_imu(
         self, imu: ImuData, velocity: Measurements | None = None, q_bs: Array | None = None
@@ -173,11 +207,22 @@ class ZeroRate(Standstill):
     def of_fixed_block(self) -> str:
         return "compares the mean of the gyro data with zero rotation of the vehicle"
 
+    def motion(self, trajectory: Trajectory, time: Array) -> Array:
+        """Return the magnitude of the mean rate relative to the Earth over the interval before each instant, rad/s."""
+
+        def to_earth(t: Array) -> Array:
+            state = trajectory.state(t)
+            return rotation.multiply(earth.q_en(state.latitude, state.longitude), state.q_nb)
+
+        # an interval begins at the end of the previous one, the first at the start
+        interval = 1.0 / self.rate_hz
+        before = to_earth(np.maximum(time - interval, trajectory.start))
+        turn = rotation.rotation_vector_from_quaternion(rotation.multiply(rotation.conjugate(before), to_earth(time)))
+        return np.asarray(np.linalg.norm(turn, axis=1) / interval)
+
     def read(self, vehicle: Vehicle) -> list[AidingReadings]:
         """Return zero rates of the block relative to the Earth where its mean rate over the interval is at most σ/3."""
-        interval = 1.0 / self.rate_hz
-        size = partial(_mean_rate, vehicle.trajectory, interval)
-        return self.zeros("zero-rate", vehicle, DEG_H * self.sigma_deg_h, interval, size)
+        return self.zeros("zero-rate", vehicle, DEG_H * self.sigma_deg_h, 1.0 / self.rate_hz)
 
     def from_imu(
         self, imu: ImuData, velocity: Measurements | None = None, q_bs: Array | None = None
@@ -187,16 +232,3 @@ class ZeroRate(Standstill):
 
         (given,) = standstill(self.found(imu, velocity), rate_hz=self.rate_hz, velocity=False)
         return [replace(given, sigma=np.maximum(given.sigma, DEG_H * self.sigma_deg_h))]
-
-
-def _mean_rate(trajectory: Trajectory, interval: float, time: Array) -> Array:
-    """Return the magnitude of the mean rate relative to the Earth over the interval before each instant, (M,) rad/s."""
-
-    def to_earth(t: Array) -> Array:
-        state = trajectory.state(t)
-        return rotation.multiply(earth.q_en(state.latitude, state.longitude), state.q_nb)
-
-    # an interval begins at the end of the previous one, the first at the start
-    before = to_earth(np.maximum(time - interval, trajectory.start))
-    turn = rotation.rotation_vector_from_quaternion(rotation.multiply(rotation.conjugate(before), to_earth(time)))
-    return np.asarray(np.linalg.norm(turn, axis=1) / interval)

@@ -88,6 +88,13 @@ _LEAST_RAMP_S = 2.0
 """Shortest time in which the rate of a turn changes [s]."""
 
 
+def s_curve(x: Array) -> tuple[Array, Array, Array]:
+    """Return S(x), ∫S dx from 0 and dS/dx at x in 0…1; see the module's text."""
+    turn = 2.0 * np.pi * x
+    c = np.cos(turn)
+    return x - np.sin(turn) / (2.0 * np.pi), 0.5 * x * x + (c - 1.0) / (4.0 * np.pi**2), 1.0 - c
+
+
 class Pieces(NamedTuple):
     """Pieces of the motion, (K,), in each of which the speed changes, or the rate of turn, or neither: what begins, s,
     and the changes of speed, m/s, and of the rate of turn, rad/s."""
@@ -202,13 +209,12 @@ class Profile:
         p = Pieces(*rows[:, np.clip(np.searchsorted(rows[0], time, side="right") - 1, 0, rows.shape[1] - 1)])
         into = time - p.start
         x = np.clip(into / p.lasting, 0.0, 1.0)
-        turn = 2.0 * np.pi * x
-        s = x - np.sin(turn) / (2.0 * np.pi)
-        integral = (0.5 * x * x + (np.cos(turn) - 1.0) / (4.0 * np.pi**2)) * p.lasting
+        s, integral, slope = s_curve(x)
+        integral *= p.lasting
         beyond = np.maximum(into - p.lasting, 0.0)
         return Course(
             speed=p.speed + p.change * s,
-            acceleration=p.change * (1.0 - np.cos(turn)) / p.lasting,
+            acceleration=p.change * slope / p.lasting,
             heading=p.heading + p.rate * into + p.rate_change * (integral + beyond),
             rate=p.rate + p.rate_change * s,
             way=p.way + p.speed * into + p.change * (integral + beyond),

@@ -127,7 +127,7 @@ def test_the_whole_entry() -> None:
             "unused": {"before the start of the filter": 2, "rejected by the gate": 1, "the sensor was off": 1,
                        "after the end of the filter": 1},
             "refused": 11, "refused_expected": 0.07, "withdrawn_s": 8.5, "first_refused_s": 6.0,
-            "verdict": "optimistic", "tests": {"NIS": CHI},
+            "verdict": "optimistic", "tests": {"NIS": CHI}, "detection": None,
         }
     }  # fmt: skip
     assert found.pop("faults") == found.pop("detections") == []

@@ -230,7 +230,13 @@ def test_a_vehicle_is_closed_and_as_long_as_it_says(kind):
 
 @pytest.mark.parametrize(
     ("name", "kind"),
-    [("first_flight", "aircraft"), ("delivery_drive", "land"), ("sea_voyage", "sea"), ("rotating_unit", "")],
+    [
+        ("first_flight", "aircraft"),
+        ("delivery_drive", "land"),
+        ("sea_voyage", "sea"),
+        ("foot_walk", "foot"),
+        ("rotating_unit", ""),
+    ],
 )
 def test_the_model_and_the_title_follow_the_vehicle(name, kind):
     assert kind_of(load_scenario(name)) == kind

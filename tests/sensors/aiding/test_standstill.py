@@ -10,7 +10,17 @@ from sinssim.errors import InputError
 from sinssim.scenario.filter_section import AidingSection
 from sinssim.sensors.aiding.standstill import ZeroRate, ZeroVelocity
 from sinssim.sensors.aiding_sensor import Vehicle, within
-from sinssim.sensors.standstill_detection import LEAST_S, RATIO, SIGMAS, Rest, Stops, find_stops, learn_rest, standstill
+from sinssim.sensors.standstill_detection import (
+    LEAST_S,
+    RATIO,
+    SIGMAS,
+    Rest,
+    Stops,
+    find_stances,
+    find_stops,
+    learn_rest,
+    standstill,
+)  # fmt: skip
 from sinssim.truth.motions.parked_and_great_circle import Parked
 
 _RATE_HZ = 100.0
@@ -73,6 +83,36 @@ def test_stops_of_a_drive() -> None:
     turning = ImuData(imu.time, imu.dtheta + np.array([0.0, 0.0, 1.0]) * np.radians(0.21) / _RATE_HZ, imu.dvel)
     assert len(find_stops(turning, rest, rate_drift=np.radians(0.22)).spans) == 2
     assert len(find_stops(turning, rest, rate_drift=np.radians(0.19)).spans) == 0
+
+
+def test_stances_of_a_foot() -> None:
+    """Readings that alternate by ±a with a variance a² as learned: the ratio is 1, the mean 6 over 6. Shaking by √2.9
+    times as much is rest, by √3.1 is none; and so is a force that is off by √12σ_f, which adds 12/6 to 1."""
+    imu = _readings(20.0, ((8.6, 9.0),))
+    rest = learn_rest(imu, spans=[(0.0, 7.0)])
+    found = find_stances(imu, rest).spans
+    assert found == pytest.approx(np.array([[0.0, 8.6], [9.0, 20.0]]), abs=1e-9)
+    # 50 samples, one of which has a hundredfold variance: (49 + 100)/50 = 2.98
+    assert find_stances(imu, rest, window_s=0.5).spans[1, 0] == pytest.approx(8.99)
+    later = (imu.time[1:] > 10.0)[:, None]
+    middle = np.array([*_MEAN[:3], *_MEAN[3:]]) / _RATE_HZ
+    for factor, at_rest in ((2.9, True), (3.1, False)):
+        shaken = np.where(later, np.sqrt(factor), 1.0) * (np.column_stack([imu.dtheta, imu.dvel]) - middle) + middle
+        ends = find_stances(ImuData(imu.time, shaken[:, :3], shaken[:, 3:]), rest, window_s=0.1).spans[-1, 1]
+        assert ends == pytest.approx(20.0 if at_rest else 10.0, abs=0.095)
+    sigma = np.sqrt(np.mean(_SHAKE[3:] ** 2))
+    along = _MEAN[3:] / np.linalg.norm(_MEAN[3:])
+    for away, at_rest in ((3.4, True), (3.5, False)):  # √12 = 3.46
+        off = ImuData(imu.time, imu.dtheta, imu.dvel + later * away * sigma * along / _RATE_HZ)
+        assert find_stances(off, rest, window_s=0.1).spans[-1, 1] == pytest.approx(20.0 if at_rest else 10.0, abs=0.095)
+    for away, at_rest in ((3.4, True), (3.5, False)):
+        drift = away * np.sqrt(np.mean(_SHAKE[:3] ** 2)) * np.array([0.0, 0.6, 0.8])
+        off = ImuData(imu.time, imu.dtheta + later * drift / _RATE_HZ, imu.dvel)
+        assert find_stances(off, rest, window_s=0.1).spans[-1, 1] == pytest.approx(20.0 if at_rest else 10.0, abs=0.095)
+    assert len(find_stances(imu, rest, ratio=0.9).spans) == 0
+    assert find_stances(imu, rest, velocity=_fixes(0.51)).spans[0] == pytest.approx((0.0, 4.99), abs=0.02)
+    with pytest.raises(InputError, match=r"a window of 0\.02 s needs at least 3 samples"):
+        find_stances(imu, rest, window_s=0.02)
 
 
 _STOPS = Stops(np.array([[3.2, 6.3], [11.0, 11.4], [20.05, 22.0]]), Rest(1.0, _SHAKE**2, _MEAN, _SHAKE / 10.0, 20.0))

@@ -14,6 +14,7 @@ from sinssim.errors import InputError
 from sinssim.truth.motions.analytic import AnalyticMotion, OnEarth, inertial_increments
 from sinssim.truth.motions.coning_and_rocking import Sculling, SpinCone, SpinRock, classical_cone
 from sinssim.truth.motions.turntable import Dwell, RotationTable, Turn
+from sinssim.truth.motions.walk import WalkMotion
 from tests.oracles import integrator as oracle
 from tests.slow import slow
 
@@ -39,6 +40,9 @@ MOTIONS: dict[str, AnalyticMotion] = {
     "spin-rock": SpinRock([1.0, 2.0, -0.5], 0.7, 0.4, 2.0 * np.pi, [0.3, -0.2, 0.1]),
     "rock": SpinRock([0.0, 0.0, 1.0], 0.0, 0.1, 20.0),
     "table": TABLE,
+    "walk": WalkMotion.model_validate(
+        {"type": "walk", "legs": [{"type": "turn", "angle_deg": 70.0}, {"type": "straight", "distance_m": 2.5}]}
+    ).motion(seed=5),
 }
 DURATION = 4.0
 

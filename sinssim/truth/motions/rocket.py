@@ -1,0 +1,417 @@
+"""The true motion of a sounding rocket, [rocket]: from its pad through the stages, out of the air and back.
+
+The motion is integrated in inertial axes, which are Earth-fixed at time 0:
+
+    r̈ = γ(r) + f,   f = (T/m) x_b − ½ (C_D A/m) ρ |v_a| v_a,   v_a = v − ω_ie × r
+
+with the gravitation γ of [truth], the thrust T along the body and its linearly falling mass m. The air turns with the
+Earth; its density ρ is that of the U.S. Standard Atmosphere 1976 (the polynomial of degree 9 in height through ln ρ is
+within 5 % of it), and zero from 100 km on. There the rocket falls freely, and the specific force is exactly zero.
+
+The specific force is a given function, not a difference of states, and the solution's error (Dormand and Prince of
+order 8, steps below half a second in the air) is below the rounding of Earth-fixed coordinates. The increments
+are its quadrature between the instants at which thrust, drag or mass jump.
+
+Attitude has a closed form. The elevation ε above the horizon of the pad follows the program, the body spins by φ
+about its axis, and the axes of the pad, heading ψ, are released from the Earth's rotation within a second after
+lift-off. With the time τ during which they have turned with the Earth,
+
+    C_eb = R_z(−ω_ie (t − τ)) C_en R_z(ψ) R_y(ε) R_x(φ),   ω_ib = C_be k ω_ie τ̇ + R_x(−φ) y ε̇ + x φ̇
+
+Changes of elevation, spin and τ follow S(x) of the other vehicles, so that the rate is continuous. There is no lift;
+the angle of attack changes only the direction of thrust.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+import sinssim.earth
+from sinssim import rotation
+from sinssim.data import Array, ImuData, NavState
+from sinssim.errors import InputError
+from sinssim.toml_section import Duration, Heading, Height, Latitude, Longitude, Moment, Section
+from sinssim.truth.motion import NORMAL_EARTH, Mounting, PlacedMotion, TrueEarth
+from sinssim.truth.motions.analytic import ClosedForm
+from sinssim.truth.motions.surface_vehicles import s_curve
+from sinssim.truth.sampling import FlightEvent, block_state, integrate_samples, sample_edges
+from sinssim.units import DEG, G0
+
+if TYPE_CHECKING:
+    from sinssim.truth.trajectory import Trajectory
+
+SPACE_M = 100e3
+"""Height from which there is no air, m."""
+_RELEASE_S, _SPIN_UP_S = 1.0, 10.0
+_LONGEST_S = 3.0 * 3600.0
+"""Time after which a rocket without a duration has to be back, s."""
+_STEP_S, _SPACE_STEP_S = 0.5, 20.0
+_RELATIVE, _ABSOLUTE = 1e-13, 1e-10
+"""Tolerances of the integration."""
+
+# U.S. Standard Atmosphere 1976, density every 5 km from 0 to 100 km, kg/m³
+_DENSITY = (
+    1.2250, 0.73643, 0.41351, 0.19476, 0.088910, 0.040084, 0.018410, 8.4634e-3, 3.9957e-3, 1.9663e-3, 1.0269e-3,
+    5.6810e-4, 3.0968e-4, 1.6321e-4, 8.2829e-5, 3.9921e-5, 1.8458e-5, 8.2196e-6, 3.4160e-6, 1.3930e-6, 5.6040e-7,
+)  # fmt: skip
+_FIT = np.polyfit(np.linspace(0.0, 1.0, 21), np.log(_DENSITY), 9)
+
+_Mass = Annotated[float, Field(gt=0.0, le=1e7)]
+
+
+def density(height: Any) -> Any:
+    """Return the density of the air at heights above the ellipsoid below 100 km, kg/m³; the kind of the argument."""
+    x, value = np.maximum(height, -2e3) / SPACE_M, _FIT[0]
+    for coefficient in _FIT[1:]:
+        value = value * x + coefficient
+    return np.exp(value)
+
+
+class Stage(Section):
+    """A stage: its engine burns with constant thrust, and its structure is dropped."""
+
+    example: ClassVar[dict[str, Any]] = {
+        "propellant_kg": 600.0, "structure_kg": 250.0, "thrust_kn": 110.0, "burn_s": 13.0,
+    }  # fmt: skip
+
+    propellant_kg: _Mass = Field(description="mass of the propellant")
+    structure_kg: _Mass = Field(description="mass that is dropped with the stage")
+    thrust_kn: Annotated[float, Field(gt=0.0, le=1e6)] = Field(description="thrust")
+    burn_s: Annotated[float, Field(gt=0.0, le=3600.0)] = Field(description="time of burning")
+    ignition_s: Moment = Field(default=0.0, description="time from lift-off, or from the previous separation")
+    separation_s: Moment = Field(default=0.0, description="time from burn-out to separation")
+
+
+Elevation = Annotated[float, Field(ge=-90.0, le=90.0)]
+
+
+class Rocket(PlacedMotion):
+    """A sounding rocket: pad, stages with constant thrust along a program of elevation, free fall in space, and the way
+    back to the height of the pad, without a parachute."""
+
+    table: ClassVar[str] = "rocket"
+    travels: ClassVar[bool] = True
+    leaves_air: ClassVar[bool] = True
+
+    latitude_deg: Latitude = Field(description="latitude of the pad")
+    longitude_deg: Longitude = Field(default=0.0, description="longitude of the pad")
+    altitude_m: Height = Field(default=0.0, description="height of the pad above the ellipsoid")
+    heading_deg: Heading = Field(default=0.0, description="direction of the launch, clockwise from north")
+    elevation_deg: Annotated[float, Field(ge=10.0, le=90.0)] = Field(
+        default=88.0, description="elevation of the rocket on its pad"
+    )
+    pad_s: Moment = Field(default=60.0, description="time at rest on the pad before lift-off")
+    payload_kg: _Mass = Field(description="mass above the stages")
+    stages: tuple[Stage, ...] = Field(min_length=1, max_length=10, description="the stages, the lowest first")
+    program: tuple[tuple[Moment, Elevation], ...] = Field(
+        default=(),
+        description="[time after lift-off, elevation] to which the elevation above the horizon of the pad changes "
+        "smoothly from that before; s and degrees",
+    )
+    spin_deg_s: Annotated[float, Field(ge=-7200.0, le=7200.0)] = Field(
+        default=0.0, description="rate about the body's axis, reached 10 s after lift-off"
+    )
+    diameter_m: Annotated[float, Field(gt=0.0, le=100.0)] = Field(default=0.5, description="diameter of the body")
+    drag_coefficient: Annotated[float, Field(ge=0.0, le=10.0)] = Field(
+        default=0.4, description="drag coefficient of its cross-section"
+    )
+    duration_s: Duration | None = Field(
+        default=None, description="end of the run, if the rocket is not back before; required for an orbit"
+    )
+
+    rules = (
+        (lambda s: s.stages[0].ignition_s and s.stages[0].ignition_s,
+         "stages.1.ignition_s = {it:g}: the rocket lifts off with the ignition of its first stage: remove it, or give "
+         "a longer pad_s"),
+        (lambda s: s.stages[0].thrust_kn * 1e3 * np.sin(s.elevation_deg * DEG) <= s.mass_kg * G0 and s.mass_kg,
+         "stages.1.thrust_kn = {s.stages[0].thrust_kn:g} does not lift {it:g} kg at an elevation of "
+         "{s.elevation_deg:g}°; give more thrust or less mass"),
+        (lambda s: next((time for (before, _), (time, _) in zip(((0.0, 0.0), *s.program), s.program, strict=False)
+                         if time <= before), None) is not None,
+         "program: its times must increase, from above 0; here they are {s.program_times}"),
+        (lambda s: s.duration_s is not None and s.duration_s <= s.pad_s,
+         "duration_s = {s.duration_s:g} must exceed pad_s = {s.pad_s:g}: the run would end on the pad"),
+    )  # fmt: skip
+
+    @property
+    def mass_kg(self) -> float:
+        """Mass at lift-off, kg."""
+        return self.payload_kg + sum(stage.propellant_kg + stage.structure_kg for stage in self.stages)
+
+    @property
+    def program_times(self) -> str:
+        """The times of the program, for a message."""
+        return ", ".join(f"{time:g}" for time, _ in self.program)
+
+    @property
+    def usual_speed(self) -> float:
+        return 1000.0
+
+    def duration(self, earth: TrueEarth = NORMAL_EARTH) -> float:
+        return flown(self, earth).end
+
+    def turning(self, earth: TrueEarth = NORMAL_EARTH) -> float:
+        angles = np.diff([self.elevation_deg, *(angle for _, angle in self.program)]) * DEG
+        lasting = np.diff([0.0, *(time for time, _ in self.program)])
+        return float(np.sum(1.5 * angles**2 / lasting)) + (self.spin_deg_s * DEG) ** 2 * self.duration(earth)
+
+    def block_motion(self, block: Mounting, earth: TrueEarth, seed: int) -> Trajectory:
+        return block.of(flown(self, earth))
+
+
+@lru_cache(maxsize=4)
+def flown(rocket: Rocket, earth: TrueEarth) -> RocketFlight:
+    """Return the flight of a rocket, which is integrated once."""
+    return RocketFlight(rocket, earth)
+
+
+@dataclass(frozen=True)
+class _Burn:
+    """A stage in the time of the run."""
+
+    begin: float  # s
+    end: float
+    separation: float
+    thrust: float  # N
+    propellant: float  # kg
+    structure: float
+
+
+def _burns(rocket: Rocket) -> list[_Burn]:
+    burns, time = [], rocket.pad_s
+    for stage in rocket.stages:
+        begin = time + stage.ignition_s
+        end = begin + stage.burn_s
+        time = end + stage.separation_s
+        burns.append(_Burn(begin, end, time, stage.thrust_kn * 1e3, stage.propellant_kg, stage.structure_kg))
+    return burns
+
+
+class RocketFlight(ClosedForm):
+    """The flight of a rocket; see the module's text."""
+
+    def __init__(self, rocket: Rocket, earth: TrueEarth) -> None:
+        super().__init__(rocket.pad_s + _LONGEST_S, earth.gravity, earth.figure)
+        self._rocket, self._burns = rocket, _burns(rocket)
+        self._lift_off, self._spin = rocket.pad_s, np.array([0.0, 0.0, earth.figure.omega])
+        latitude, longitude, height = rocket.place
+        self._pad = sinssim.earth.geodetic_to_ecef(latitude, longitude, height, earth.figure)
+        heading = rotation.quaternion_from_euler(0.0, 0.0, rocket.heading_deg * DEG)
+        self._q_pad = rotation.multiply(sinssim.earth.q_en(latitude, longitude), heading)
+        self._origin = self._turned(self._pad[None], np.array([-self._lift_off]))[0]
+        self._area = 0.25 * np.pi * rocket.diameter_m**2 * rocket.drag_coefficient
+        # times, elevations and their changes of the parts of the program
+        self._program = np.array([(0.0, rocket.elevation_deg), *rocket.program]) * [1.0, DEG]
+        self._program[:, 0] += self._lift_off
+        self.fastest = 2.0 * abs(rocket.spin_deg_s) * DEG + 10.0
+        self._air: list[float] = []  # instants at which it leaves or enters the air
+        self._pieces: list[tuple[float, Any]] = []  # beginning and solution
+        self._fly()
+        self._begins = np.array([begin for begin, _ in self._pieces])
+        self.breaks = np.unique([*self._corners(), *self._air])
+        self.events = self._named_events()
+
+    def _turned(self, vector: Array, time: Array) -> Array:
+        """Return vectors, (N, 3), in axes that have turned with the Earth for times, (N,) s."""
+        angle = self._spin[2] * time
+        c, s = np.cos(angle), np.sin(angle)
+        x, y, z = vector.T
+        return np.stack([c * x + s * y, c * y - s * x, z], axis=1)
+
+    def _corners(self) -> list[float]:
+        """Return the instants at which thrust, mass or a derivative of the attitude jump."""
+        turns = [self._lift_off, self._lift_off + _RELEASE_S, self._lift_off + _SPIN_UP_S, *self._program[:, 0]]
+        return sorted({*turns, *(t for burn in self._burns for t in (burn.begin, burn.end, burn.separation))})
+
+    def _push(self, time: Array, within: Array | float) -> tuple[Array, Array]:
+        """Return thrust, N, and mass, kg; the stages are those at the instants `within`."""
+        thrust, mass = np.zeros_like(time), np.full_like(time, self._rocket.mass_kg)
+        for burn in self._burns:
+            thrust += burn.thrust * ((within >= burn.begin) & (within < burn.end))
+            mass -= burn.propellant * np.clip((time - burn.begin) / (burn.end - burn.begin), 0.0, 1.0)
+            mass -= burn.structure * (within >= burn.separation)
+        return thrust, mass
+
+    def _fly(self) -> None:
+        """Integrate the flight; sets its pieces, its end and the instants at which it crosses the limit of the air."""
+        from scipy.integrate import solve_ivp
+
+        def height(t: float, y: Array) -> float:
+            return float(sinssim.earth.ecef_to_geodetic(self._origin + y[:3], self.ellipsoid)[2])
+
+        def edge(t: float, y: Array) -> float:
+            return height(t, y) - SPACE_M
+
+        def ground(t: float, y: Array) -> float:
+            return height(t, y) - self._rocket.altitude_m
+
+        edge.terminal = ground.terminal = True  # type: ignore[attr-defined]
+        ground.direction = -1.0  # type: ignore[attr-defined]
+        last = self.end if self._rocket.duration_s is None else self._rocket.duration_s
+        corners = [t for t in self._corners() if self._lift_off < t < last] + [last]
+        time, y = self._lift_off, np.concatenate([np.zeros(3), np.cross(self._spin, self._origin)])
+        in_air = height(time, y) < SPACE_M
+        while time < last:
+            until = next(t for t in corners if t > time)
+            middle, flying = 0.5 * (time + until), in_air
+            edge.direction = 1.0 if in_air else -1.0  # type: ignore[attr-defined]
+
+            def slope(t: float, y: Array, middle: float = middle, flying: bool = flying) -> Array:
+                at = np.array([t])
+                r, v = (self._origin + y[:3])[None], y[None, 3:]
+                thrust, mass = self._push(at, middle)
+                force = self._drag(r, v, mass) if flying else np.zeros((1, 3))
+                if thrust[0] > 0.0:
+                    force += self._axis(at) * (thrust / mass)
+                gravitation = sinssim.earth.gravitation_ecef(r, self.gravity, self.ellipsoid)
+                return np.concatenate([y[3:], (gravitation + force)[0]])
+
+            step = _STEP_S if in_air or self._burns[-1].end > time else _SPACE_STEP_S
+            piece = solve_ivp(
+                slope,
+                (time, until),
+                y,
+                "DOP853",
+                dense_output=True,
+                events=(edge, ground),
+                max_step=step,
+                rtol=_RELATIVE,
+                atol=_ABSOLUTE,
+            )
+            self._pieces.append((time, piece.sol))
+            time, y = float(piece.t[-1]), piece.y[:, -1]
+            over, ground_hit = piece.t_events or ([], [])
+            if len(ground_hit):
+                self.end = time
+                return
+            if len(over):
+                in_air = not in_air
+                self._air.append(time)
+        if self._rocket.duration_s is None:
+            raise InputError(
+                f"rocket: it is not back within {_LONGEST_S / 3600.0:g} h after lift-off; give duration_s for an "
+                "orbit, or less propellant."
+            )
+        self.end = last
+
+    def _axis(self, time: Array) -> Array:
+        """Return the direction of the thrust in inertial axes, (N, 3)."""
+        elevation, _, turned, *_ = self._angles(time)
+        ahead, up = (rotation.rotate(self._q_pad, axis) for axis in (np.array([1.0, 0.0, 0.0]), [0.0, 0.0, -1.0]))
+        return self._turned(np.outer(np.cos(elevation), ahead) + np.outer(np.sin(elevation), up), -turned)
+
+    def _drag(self, r: Array, v: Array, mass: Array) -> Array:
+        """Return the specific force of the air in inertial axes, (N, 3) m/s²."""
+        height = sinssim.earth.ecef_to_geodetic(r, self.ellipsoid)[2]  # which no turn about the axis changes
+        flow = v + self._spin[2] * r[:, [1, 0, 2]] * [1.0, -1.0, 0.0]  # v − ω × r
+        size = 0.5 * self._area * density(height) * np.sqrt(np.einsum("ij,ij->i", flow, flow)) / mass
+        return np.asarray(-size[:, None] * flow)
+
+    def _motion(self, time: Array) -> tuple[Array, Array]:
+        """Return position and velocity in inertial axes, each (N, 3), after lift-off."""
+        y = np.empty((len(time), 6))
+        piece = np.clip(np.searchsorted(self._begins, time, side="right") - 1, 0, None)
+        for number in np.unique(piece):
+            inside = piece == number
+            y[inside] = self._pieces[number][1](time[inside]).T
+        return self._origin + y[:, :3], y[:, 3:]
+
+    def _angles(self, time: Array) -> tuple[Array, ...]:
+        """Return elevation, spin angle, the time τ with the Earth, and their rates."""
+        since = time - self._lift_off
+        times, angles = self._program.T
+        if len(times) > 1:
+            k = np.clip(np.searchsorted(times, time, side="right") - 1, 0, len(times) - 2)
+            lasting = times[k + 1] - times[k]
+            s, _, slope = s_curve(np.clip((time - times[k]) / lasting, 0.0, 1.0))
+            change = angles[k + 1] - angles[k]
+            elevation, elevating = angles[k] + change * s, change * slope / lasting
+        else:
+            elevation, elevating = np.full_like(time, angles[0]), np.zeros_like(time)
+        s, integral, _ = s_curve(np.clip(since / _SPIN_UP_S, 0.0, 1.0))
+        spin = self._rocket.spin_deg_s * DEG
+        roll = spin * (_SPIN_UP_S * integral + np.maximum(since - _SPIN_UP_S, 0.0))
+        left, gone, _ = s_curve(np.clip(since / _RELEASE_S, 0.0, 1.0))
+        part = np.minimum(since, _RELEASE_S) - _RELEASE_S * gone
+        return elevation, roll, self._lift_off + part, elevating, spin * s, 1.0 - left
+
+    def _inertial_attitude(self, time: Array) -> Array:
+        """Return q_ib, (N, 4)."""
+        elevation, roll, turned, *_ = self._angles(time)
+        half, none = 0.5 * self._spin[2] * turned, np.zeros_like(time)
+        q_ie = np.stack([np.cos(half), none, none, np.sin(half)], axis=1)
+        return rotation.multiply(
+            rotation.multiply(q_ie, self._q_pad), rotation.quaternion_from_euler(roll, elevation, none)
+        )
+
+    def _state(self, time: Array) -> NavState:
+        flying = time > self._lift_off
+        r, v = np.tile(self._pad, (len(time), 1)), np.zeros((len(time), 3))
+        if flying.any():
+            at = time[flying]
+            there, speed = self._motion(at)
+            r[flying] = self._turned(there, at)
+            v[flying] = self._turned(speed - np.cross(self._spin, there), at)
+        elevation, roll, turned, *_ = self._angles(time)
+        half, none = 0.5 * self._spin[2] * (turned - time), np.zeros_like(time)
+        back = np.stack([np.cos(half), none, none, np.sin(half)], axis=1)  # one on the pad
+        q_pad = rotation.multiply(self._q_pad, rotation.quaternion_from_euler(roll, elevation, none))
+        return block_state(r, v, rotation.multiply(back, q_pad), self.ellipsoid)
+
+    def _rates(self, time: Array) -> tuple[Array, Array]:
+        elevation, roll, _, elevating, rolling, kept = self._angles(time)
+        none = np.zeros_like(time)
+        q_pb = rotation.quaternion_from_euler(roll, elevation, none)
+        earth = rotation.rotate(rotation.conjugate(self._q_pad), self._spin)
+        omega = kept[:, None] * rotation.rotate(rotation.conjugate(q_pb), earth)
+        omega += np.stack([rolling, elevating * np.cos(roll), -elevating * np.sin(roll)], axis=1)
+
+        flying = time > self._lift_off
+        at = time[flying]
+        thrust, mass = self._push(at, at)
+        force = np.zeros((len(time), 3))
+        force[flying, 0] = thrust / mass
+        crossed = np.searchsorted(self._air, at, side="right") % 2
+        in_air = (crossed == 0) == (self._rocket.altitude_m < SPACE_M)
+        if in_air.any():
+            aloft = np.flatnonzero(flying)[in_air]
+            r, v = self._motion(time[aloft])
+            drag = self._drag(r, v, mass[in_air])
+            force[aloft] += rotation.rotate(rotation.conjugate(self._inertial_attitude(time[aloft])), drag)
+        if not flying.all():
+            up = np.cross(self._spin, np.cross(self._spin, self._pad))
+            up -= sinssim.earth.gravitation_ecef(self._pad, self.gravity, self.ellipsoid)
+            of_pad = rotation.rotate(rotation.conjugate(self._q_pad), up)
+            force[~flying] = rotation.rotate(rotation.conjugate(q_pb[~flying]), of_pad)
+        return omega, force
+
+    def increments(self, rate_hz: float) -> ImuData:
+        """Return increments by quadrature of the given rates and forces; see `Trajectory.increments`."""
+        edges = sample_edges(self.start, self.end, rate_hz)
+        whole = integrate_samples(lambda t: np.concatenate(self._rates(t), axis=1), edges, self.fastest, self.breaks)
+        return ImuData(edges, whole[:, :3], whole[:, 3:])
+
+    def _named_events(self) -> tuple[FlightEvent, ...]:
+        """Return what happens in the flight, in order of time."""
+        events = [(self._lift_off, "lift-off")]
+        for number, burn in enumerate(self._burns, start=1):
+            if number > 1:
+                events.append((burn.begin, f"ignition of stage {number}"))
+            events.append((burn.end, f"burn-out of stage {number}"))
+            events.append((burn.separation, f"separation of stage {number}"))
+        aloft = self._rocket.altitude_m < SPACE_M
+        for number, crossing in enumerate(self._air):
+            leaves = (number % 2 == 0) == aloft
+            events.append((crossing, f"{'leaves' if leaves else 'enters'} the air at 100 km"))
+        time = np.linspace(self._lift_off, self.end, 20_001)
+        height = self._state(time).height
+        top = int(np.argmax(height))
+        events.append((float(time[top]), f"highest point, {height[top] / 1e3:.1f} km"))
+        if self._rocket.duration_s is None or self.end < self._rocket.duration_s:
+            events.append((self.end, "back at the height of the pad"))
+        return tuple(FlightEvent(t, text) for t, text in sorted(events) if t <= self.end)
