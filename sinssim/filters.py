@@ -31,3 +31,6 @@ SHIPPED = tuple(REGISTRY.shipped)
 
 LINEAR = ("error-state", "invariant")
 """Kinds whose covariance is moved by Φ, so that they can be smoothed."""
+
+GRAVITY = "gravity disturbance"
+"""The states of the gravity that the navigator does not know."""

@@ -112,6 +112,10 @@ class Page:
         """Show the page as on a "screen" or in "print"."""
         self._ask("Emulation.setEmulatedMedia", media=kind)
 
+    def scripts(self, on: bool) -> None:
+        """Run the scripts of the pages that are opened, or not."""
+        self._ask("Emulation.setScriptExecutionDisabled", value=not on)
+
     def mouse(self, *events: tuple[str, float, float], clicks: int = 1) -> None:
         """Move the mouse: "mouseMoved", "mousePressed" or "mouseReleased", and where in the window, px."""
         for kind, x, y in events:

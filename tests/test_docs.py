@@ -91,9 +91,9 @@ def test_commands_scenario_and_links_of_gravity(tmp_path):
     page = (DOCS / "gravity.md").read_text(encoding="utf-8")
     (commands,) = re.findall(r"```sh\n(.*?)```", page, re.DOTALL)
     lines = re.findall(r"^sinssim (?:run|budget) (\w+)(?: --set (\S+))?", commands, re.MULTILINE)
-    assert len(lines) == 4
+    assert len(lines) == 3
     degrees = [load_scenario(name, [key] if key else []).navigation.gravity_degree for name, key in lines]
-    assert degrees == [None, 120, 60, None]
+    assert degrees == [None, 120, None]
     (keys,) = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
     path = tmp_path / "page.toml"
     path.write_text(f'name = "page"\n[parked]\nlatitude_deg = 50.0\nduration_s = 60.0\n{keys}', encoding="utf-8")

@@ -36,7 +36,7 @@ from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table
 from sinssim.formatting import capital
-from sinssim.recording.result import Media, Result
+from sinssim.recording.result import Media, Result, write_shown
 from sinssim.recording.streams import Stream
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.system.short_repr import html_table, short_repr
@@ -217,13 +217,13 @@ def exhibits_of(result: AlignmentResult) -> Exhibits:
     items += [Sentence(capital(warning)) for warning in d.warnings]
     if result.budget is not None:
         items.append(_sources(result, result.budget))
-    items.append(_session(result))
+    items.append(Section("The session", [_session(result)], on=("page", "recording")))
     expected = has_expectation(result)
     if expected:
-        items.append(_expected(result))
+        items.append(Section("Expected error", [_expected(result)], on=("page", "recording")))
+    title = f"{result.source}: {result.duration:g} s, {result.samples} samples, {how}"
     return Exhibits(
-        f"{result.source}: {result.duration:g} s, {result.samples} samples, {how}",
-        [Section("", items)], f"{result.source}: {result.duration:g} s, {result.samples} samples, {how}",
+        title, [Sentence(f"{title}.", "lead", on=("page",)), Section("", items)], title, f"{result.source}: alignment",
         name="alignment", root="session", span=(float(result.imu.time[0]), float(result.imu.time[-1])),
         figure="error_budget" if expected else "", pictures=("error_budget",),
     )  # fmt: skip
@@ -297,7 +297,7 @@ def _session(result: AlignmentResult) -> Charts:
         )
     ]  # fmt: skip
     rows = tuple((chart,) for chart in (*_so_far(result), *charts))
-    return Charts("session", rows, (11.0, 2.5 * len(rows)), on=("recording",))
+    return Charts("session", rows, (11.0, 2.5 * len(rows)))
 
 
 def _so_far(result: AlignmentResult) -> list[Chart]:
@@ -461,8 +461,7 @@ class AlignmentMedia(Media[AlignmentResult]):
 
     def write(self, result: AlignmentResult, exhibits: Exhibits, folder: Path) -> None:
         from sinssim.recording.figures import figure_of, save
-        from sinssim.recording.rerun.exhibit_recording import record
 
-        record(exhibits, folder / "recording.rrd")
+        write_shown(exhibits, folder)
         if exhibits.figure:
             save(figure_of(exhibits.chosen(exhibits.figure)), folder / "alignment.svg")

@@ -127,6 +127,7 @@ def out_option(folder: str) -> Any:
 
 
 OutFolder = Annotated[Path | None, out_option("runs/<name>")]
+Written = Annotated[Path | None, out_option("nothing is written")]
 
 
 def overwrite_option(results: str) -> Any:

@@ -9,7 +9,8 @@ position in metres, δr = ((R₁+h) δlatitude, (R₂+h) cos(latitude) δlongitu
     (3) δṙ = δv + terms in δr from the rotation and the curvature of the local level
 
 where δω and δf are the errors of the increments that the engine receives, each a linear function of the sensors'
-states. No first-order term is dropped: radii of curvature and gravity vary with latitude and height.
+states. No first-order term is dropped: radii of curvature and gravity vary with latitude and height. δg in (2) has the
+change of the engine's gravity with position, less the states of the gravity that the engine does not know.
 
 The equations that are regular at the poles have F in Earth-fixed axes, and Φ and Q in transported local axes. The
 errors in Earth-fixed axes, with r, v and C_eb of the solution less the true ones, φ with C_solution = (I − [φ×])
@@ -42,6 +43,7 @@ from sinssim import earth, rotation
 from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.estimation.state_model import INERTIAL, ErrorModel
+from sinssim.filters import GRAVITY
 from sinssim.sensors.measurement_kind import CORE, PHI, R, V, earth_rate, earth_rate_slope, skew
 from sinssim.strapdown.solution_coordinates import turn_of_north
 
@@ -83,6 +85,17 @@ def reading_error(model: ErrorModel, triad: str, reading: Array) -> Array:
             for state, at in enumerate(places, start=where.start):
                 out[:, at[0], state] = inputs[:, *at]
     return out
+
+
+def rates_of_decay(model: ErrorModel, velocity: Array) -> Array:
+    """Return 1/τ of the parameters' states at velocities north, east, down, (K, 3) m/s: (K, n − 9) 1/s."""
+    speed = np.hypot(velocity[:, 0], velocity[:, 1])
+    return np.asarray(model.decay[CORE:] + np.multiply.outer(speed, model.per_metre[CORE:]))
+
+
+def _fill_parameters(f: Array, model: ErrorModel, velocity: Array) -> None:
+    parameters = np.arange(CORE, model.size)
+    f[:, parameters, parameters] = -rates_of_decay(model, velocity)
 
 
 def dynamics(model: ErrorModel, motion: NominalMotion, gravity: str, ellipsoid: Ellipsoid) -> Array:
@@ -129,17 +142,30 @@ def dynamics(model: ErrorModel, motion: NominalMotion, gravity: str, ellipsoid: 
     f[:, 1, 0], f[:, 1, 1], f[:, 1, 2] = e * t / q, -(n * t + d) / q, e / q
     f[:, PHI, CORE:] = -motion.c_nb @ reading_error(model, "gyro", motion.rate_b)[:, :, CORE:]
     f[:, V, CORE:] = motion.c_nb @ reading_error(model, "accelerometer", motion.force_b)[:, :, CORE:]
-    parameters = np.arange(CORE, model.size)
-    f[:, parameters, parameters] = -model.decay[CORE:]
+    if GRAVITY in model.slices:
+        f[:, V, model.slices[GRAVITY]] = -np.eye(3)
+    _fill_parameters(f, model, v)
     return f
 
 
 def driving_noise(model: ErrorModel) -> Array:
-    """Return the diagonal of the spectral density of w, (n,) unit²/s: the noise of a triad is equal in all axes."""
+    """Return the diagonal of the spectral density of w, (n,) unit²/s: the noise of a triad is equal in all axes.
+
+    That of processes over the distance is in `noise_at_speed`.
+    """
     density = model.density**2
     density[PHI] += model.gyro_noise**2
     density[V] += model.accel_noise**2
     return density
+
+
+def noise_at_speed(model: ErrorModel, density: Array, velocity: Array) -> Array:
+    """Return the diagonal of the spectral density of w at velocities, (K, 3) m/s: `density`, (n,), and 2σ²v/D of
+    processes over the distance, (K, n) unit²/s; the density itself, (n,), without any."""
+    if not model.per_metre.any():
+        return density
+    speed = np.hypot(velocity[:, 0], velocity[:, 1])
+    return np.asarray(density + np.multiply.outer(speed, 2.0 * model.sigma**2 * model.per_metre))
 
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
@@ -155,10 +181,11 @@ def transition(f: Array, density: Array, interval: Array) -> tuple[Array, Array]
     (IEEE Trans. Automatic Control 23, 1978, 395), is computed by Gauss-Legendre quadrature on the same series, so that
     Q stays positive semi-definite under truncation. Long intervals are halved, and Φ and Q are doubled up again. F is
     as `dynamics` returns it, with only a diagonal below the rows of the navigation errors; `density` is the diagonal of
-    S, (n,).
+    S, (n,), or (K, n) where it changes.
     """
     count, n = f.shape[:2]
-    decay = -f[0].diagonal()[CORE:]
+    decay = -np.einsum("kii->ki", f[:, CORE:, CORE:])
+    density = np.broadcast_to(density, (count, n))
     longest = float(interval.max(initial=0.0))
     fastest = float(decay.max(initial=0.0))
     doublings = int(np.ceil(np.log2(max(longest / _LONGEST, longest * fastest / _DECAY, 1.0))))
@@ -173,11 +200,11 @@ def transition(f: Array, density: Array, interval: Array) -> tuple[Array, Array]
         term /= k
         terms.append(term)
 
-    noisy = np.flatnonzero(density)
+    noisy = np.flatnonzero(density.any(axis=0))
     root = np.zeros((count, n, len(_NODES) * len(noisy)))
     by_parameter = noisy >= CORE
     for i, (node, weight) in enumerate(zip(0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS, strict=True)):
-        amplitude = np.sqrt(weight * np.multiply.outer(t, density[noisy]))
+        amplitude = np.sqrt(weight * t[:, None] * density[:, noisy])
         part = root[:, :, i * len(noisy) : (i + 1) * len(noisy)]
         rows = terms[-1][:, :, noisy] * node
         for term in terms[-2::-1]:
@@ -185,7 +212,7 @@ def transition(f: Array, density: Array, interval: Array) -> tuple[Array, Array]
         rows[:, noisy[~by_parameter], np.flatnonzero(~by_parameter)] += 1.0
         part[:, :CORE] = rows * amplitude[:, None, :]
         part[:, noisy[by_parameter], np.flatnonzero(by_parameter)] = (
-            np.exp(-np.multiply.outer(t * node, decay[noisy[by_parameter] - CORE])) * amplitude[:, by_parameter]
+            np.exp(-node * t[:, None] * decay[:, noisy[by_parameter] - CORE]) * amplitude[:, by_parameter]
         )
     q = root @ root.transpose(0, 2, 1)
 
@@ -193,7 +220,7 @@ def transition(f: Array, density: Array, interval: Array) -> tuple[Array, Array]
     phi[:, :CORE] = sum(terms[1:], terms[0])
     diagonal = np.arange(n)
     phi[:, diagonal[:CORE], diagonal[:CORE]] += 1.0
-    phi[:, diagonal[CORE:], diagonal[CORE:]] = np.exp(-np.multiply.outer(t, decay))
+    phi[:, diagonal[CORE:], diagonal[CORE:]] = np.exp(-t[:, None] * decay)
     for _ in range(doublings):
         q = q + phi @ q @ phi.transpose(0, 2, 1)
         phi = phi @ phi
@@ -232,8 +259,9 @@ def earth_dynamics(
     f[:, PHI, PHI] = -spin
     f[:, PHI, CORE:] = -c_eb @ reading_error(model, "gyro", motion.rate_b)[:, :, CORE:]
     f[:, V, CORE:] = c_eb @ reading_error(model, "accelerometer", motion.force_b)[:, :, CORE:]
-    parameters = np.arange(CORE, model.size)
-    f[:, parameters, parameters] = -model.decay[CORE:]
+    if GRAVITY in model.slices:
+        f[:, V, model.slices[GRAVITY]] = -c_en
+    _fill_parameters(f, model, motion.velocity)
     return f
 
 
@@ -258,7 +286,8 @@ def transported_transition(
 ) -> tuple[Array, Array]:
     """Return Φ and Q over intervals, (K, n, n) each, for the state in transported local axes.
 
-    F is that of `earth_dynamics` in each interval; the density, (n,), is the same in all axes of a navigation block;
+    F is that of `earth_dynamics` in each interval; the density, as for `transition`, is the same in all axes of a
+    navigation block;
     `state` is the solution at the intervals' ends, K+1 rows.
     """
     phi, q = transition(f, density, interval)

@@ -11,8 +11,10 @@ from sinssim.alignment.alignment_in_motion import align_by_course, align_in_moti
 from sinssim.alignment.initial_conditions import STATES, aligned_at_rest, initial_covariance
 from sinssim.data import Array, ImuData, Measurements, NavState
 from sinssim.estimation.state_model import ErrorModel
+from sinssim.filters import GRAVITY
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.measurement_kind import PHI
 
 
 @dataclass(frozen=True)
@@ -36,8 +38,8 @@ def at_rest(
 ) -> Start:
     """Align a vehicle at rest by eq. (1) on the first `count` samples, at the position of `initial`.
 
-    The covariance includes the correlation of the sensors' constant errors, of 1σ `sigma`, with the attitude. A
-    standstill is judged by the noise of `grade_sigma`, or of `sigma` without it.
+    The covariance includes the correlation of the sensors' constant errors, of 1σ `sigma`, and of the gravity
+    disturbance with the attitude. A standstill is judged by the noise of `grade_sigma`, or of `sigma` without it.
     """
     session = ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
     seconds = float(session.time[-1] - session.time[0])
@@ -59,7 +61,22 @@ def at_rest(
         states=tied,
         still=still,
     )
+    if GRAVITY in model.slices:
+        _add_plumb_line(covariance, model.slices[GRAVITY], float(initial.latitude), float(initial.height))
     return Start(_from(imu, count), state, covariance)
+
+
+def _add_plumb_line(covariance: Array, of_gravity: slice, latitude: float, height: float) -> None:
+    """Add the attitude's error by a plumb line that is not the normal of the ellipsoid.
+
+    With φ × γ = δg horizontally and φ × ω_ie = 0 to the east, φ = (−δg_E, δg_N, δg_E tan(latitude))/γ.
+    """
+    gamma = float(earth.gravity_ned(latitude, height)[2])
+    tilted = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, np.tan(latitude), 0.0]]) / gamma
+    unknown = covariance[of_gravity, of_gravity]
+    covariance[PHI, PHI] += tilted @ unknown @ tilted.T
+    covariance[PHI, of_gravity] = tilted @ unknown
+    covariance[of_gravity, PHI] = unknown @ tilted.T
 
 
 def _as_bias(triad: TriadErrors, name: str, model: ErrorModel) -> TriadErrors:

@@ -9,10 +9,11 @@ with δr, δv and φ of e,
 The transformation from the model's axes to Earth-fixed ones is linear at a given solution, (4) and (5) of
 `sinssim.estimation.error_dynamics`, so that (1) is inverted exactly. Over an interval T, the solution itself gives what
 its sensors read: the turn Δ of the body in inertial space, the specific force's change of velocity s in the axes at the
-start, and c, by which the position differs from the mean velocity. A point, whose sensors are wrong by δω and δf, moves
+start, and c, by which the position differs from the mean velocity. A point, whose sensors are wrong by δω and δf, and
+whose gravity is stronger by δg, moves
 
     C⁺ = exp(−[ω_ie×] T) C exp([(Δ − δω T)×])                                                                      (2)
-    v⁺ = v + C (s − δf T) + (g(r) − 2 ω_ie × v) T                                                                  (3)
+    v⁺ = v + C (s − δf T) + (g(r) + δg − 2 ω_ie × v) T                                                             (3)
     r⁺ = r + (v + v⁺) T/2 + C c                                                                                    (4)
 
 The point without an error moves exactly as the solution.
@@ -27,8 +28,14 @@ import numpy as np
 from sinssim import earth, rotation
 from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
-from sinssim.estimation.error_dynamics import local_from_earth, reading_error
+from sinssim.estimation.error_dynamics import (
+    earth_from_ned,
+    local_from_earth,
+    rates_of_decay,
+    reading_error,
+)
 from sinssim.estimation.state_model import ErrorModel
+from sinssim.filters import GRAVITY
 from sinssim.sensors.measurement_kind import CORE, PHI, R, V
 
 
@@ -101,6 +108,7 @@ class PointMotion:
     bent: Array  # c, (K, 3) m
     gyro: Array  # matrix of δω, (K, 3, n)
     accel: Array  # matrix of δf, (K, 3, n)
+    unknown: Array  # matrix of δg, (K, 3, n)
     decay: Array  # factor of the parameters' states, (K, n − 9)
 
     @classmethod
@@ -127,11 +135,14 @@ class PointMotion:
         pushed = np.diff(fixed.velocity, axis=0) - t * pull
         bent = np.diff(fixed.position, axis=0) - 0.5 * t * (fixed.velocity[1:] + fixed.velocity[:-1])
         rate, force = readings
+        unknown = np.zeros((len(interval), 3, model.size))
+        if GRAVITY in model.slices:
+            unknown[:, :, model.slices[GRAVITY]] = earth_from_ned(state.latitude, state.longitude)[:-1]
         return cls(
             model.axes, ellipsoid, gravity, interval, fixed, to_earth, from_earth,
             rotation.rotation_vector_from_quaternion(turn), rotation.rotate(back, pushed), rotation.rotate(back, bent),
-            reading_error(model, "gyro", rate), reading_error(model, "accelerometer", force),
-            np.exp(-np.multiply.outer(interval, model.decay[CORE:])),
+            reading_error(model, "gyro", rate), reading_error(model, "accelerometer", force), unknown,
+            np.exp(-t * rates_of_decay(model, 0.5 * (state.velocity_ned[1:] + state.velocity_ned[:-1]))),
         )  # fmt: skip
 
     def moved(self, k: int, errors: Array) -> Array:
@@ -143,6 +154,7 @@ class PointMotion:
         q_eb = rotation.multiply(np.broadcast_to(spin, turn.shape), rotation.multiply(point.q_eb, turn))
         velocity = point.velocity + t * _pull(point.position, point.velocity, self.gravity, self.ellipsoid)
         velocity += rotation.rotate(point.q_eb, self.pushed[k] - t * (errors @ self.accel[k].T))
+        velocity += t * (errors @ self.unknown[k].T)
         position = point.position + 0.5 * t * (point.velocity + velocity)
         position += rotation.rotate(point.q_eb, np.broadcast_to(self.bent[k], position.shape))
         after = self.solution.row(k + 1).errors(EarthFixed(position, velocity, q_eb))

@@ -20,6 +20,7 @@ from sinssim.estimation.error_dynamics import (
     NominalMotion,
     dynamics,
     earth_dynamics,
+    noise_at_speed,
     reading_error,
     refer_to_transported,
     transition,
@@ -265,7 +266,7 @@ class Surroundings:
     """Data that stay the same throughout a run."""
 
     model: ErrorModel
-    density: Array  # density of the driving noise, (n,)
+    density: Array  # density of the driving noise over time, (n,)
     epochs: Epochs  # of the filter
     readings: list[CheckedMeasurements]  # of all sensors
     gyros: MeanGyroRates  # source of mean rates
@@ -359,11 +360,12 @@ def _dynamics(
 ) -> tuple[Array, Array, Array, Array | None]:
     """Return Φ and Q over intervals, and `c_nb` and `turn` of the linearisation."""
     model, gravity, ellipsoid = around.model, around.gravity, around.ellipsoid
+    density = noise_at_speed(model, around.density, moving.velocity)
     if model.axes == "north":
-        phi, q = transition(dynamics(model, moving, gravity, ellipsoid), around.density, interval)
+        phi, q = transition(dynamics(model, moving, gravity, ellipsoid), density, interval)
         return phi, q, moving.c_nb, None
     f = earth_dynamics(model, moving, middle.longitude, gravity, ellipsoid)
-    phi, q = transported_transition(f, around.density, interval, state, ellipsoid)
+    phi, q = transported_transition(f, density, interval, state, ellipsoid)
     ends = [
         rotation.dcm_from_quaternion(carried(middle, s.latitude, s.longitude, s.height).q_nb)
         for s in (rows_of(state, slice(0, -1)), rows_of(state, slice(1, None)))

@@ -7,7 +7,8 @@ parameter it is the true value minus the compensated value, so that the state of
 the increments that the engine receives.
 
 Every block is one of three processes, ẋ = −x/τ + w: a constant (w = 0, τ = ∞), a random walk (τ = ∞), or a stationary
-first-order Gauss-Markov process, whose noise follows from its standard deviation, w = σ √(2/τ) per √Hz.
+first-order Gauss-Markov process, whose noise follows from its standard deviation, w = σ √(2/τ) per √Hz. A process over
+the distance travelled has a correlation distance D instead; at the horizontal speed v its τ is D/v.
 """
 
 from __future__ import annotations
@@ -59,11 +60,14 @@ BLOCKS: dict[str, tuple[tuple[str, ...], str]] = {
     "accelerometer scale": (_BODY, ""),
     "gyro misalignment": (_ANGLES, "rad"),
     "accelerometer misalignment": (_ANGLES, "rad"),
+    "gravity disturbance": (_NED, "m/s²"),
     "gnss lever arm": (_BODY, "m"),
     "gnss time offset": (("",), "s"),
 }
 """The blocks by name: their axes and unit. Instability is a second part of a bias, a Gauss-Markov process in addition
-to the constant. The component ij of a misalignment is the tilt of sensitive axis i towards the block's axis j.
+to the constant. The component ij of a misalignment is the tilt of sensitive axis i towards the block's axis j. The
+gravity disturbance δg is what the true gravity has beyond that of the navigation equations: −γξ and −γη with the
+deflections ξ and η of the vertical, and the disturbance, which differs little from the anomaly, down.
 
 An aiding sensor, named by `Measurements.label`, may have its own blocks: "<sensor> bias", with as many components as
 its sigma, is added to the true reading (north, east, down in metres for a position, a rotation about the body's axes
@@ -96,12 +100,15 @@ class Block:
         sigma: initial 1σ, one for all components or one for each, SI.
         random_walk: density of the white noise that drives a random walk, as `sigma`, SI unit/√s.
         correlation_time: τ of a Gauss-Markov process, s; infinite for a constant or a random walk.
+        correlation_distance: D of a Gauss-Markov process over the horizontal distance travelled, m; infinite for
+            another.
     """
 
     name: str
     sigma: ArrayLike
     random_walk: ArrayLike = 0.0
     correlation_time: float = math.inf
+    correlation_distance: float = math.inf
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not (self.name in BLOCKS or self.name.endswith(of_sensors())):
@@ -113,13 +120,17 @@ class Block:
                 raise InputError(f"block {self.name!r}: {what} = {value} must be finite and not negative.")
             if value.ndim > 1 or (value.ndim == 1 and self.name in BLOCKS and len(value) != self.size):
                 raise InputError(f"block {self.name!r}: {what} = {value} must be one number or one for each state.")
-        tau = numbers(f"block {self.name!r}: correlation_time", self.correlation_time)
-        if tau.shape != () or not tau > 0.0:
-            raise InputError(f"block {self.name!r}: correlation_time = {self.correlation_time} s must be positive.")
-        if math.isfinite(self.correlation_time) and np.any(walk):
+        for what, unit in (("correlation_time", "s"), ("correlation_distance", "m")):
+            tau = numbers(f"block {self.name!r}: {what}", getattr(self, what))
+            if tau.shape != () or not tau > 0.0:
+                raise InputError(f"block {self.name!r}: {what} = {getattr(self, what)} {unit} must be positive.")
+        if math.isfinite(self.correlation_time) and math.isfinite(self.correlation_distance):
+            raise InputError(f"block {self.name!r}: give correlation_time or correlation_distance, not both.")
+        if math.isfinite(min(self.correlation_time, self.correlation_distance)) and np.any(walk):
             raise InputError(
-                f"block {self.name!r}: the noise of a Gauss-Markov process follows from sigma and correlation_time; "
-                "random_walk belongs to a process without correlation_time."
+                f"block {self.name!r}: the noise of a Gauss-Markov process follows from sigma and correlation_time or "
+                "correlation_distance; "
+                "random_walk belongs to a process without either."
             )
 
     @cached_property
@@ -222,8 +233,13 @@ class ErrorModel:
         return np.concatenate([np.full(b.size, 1.0 / b.correlation_time) for b in self.blocks])
 
     @cached_property
+    def per_metre(self) -> Array:
+        """Inverse correlation distance 1/D of every state, (n,) 1/m."""
+        return np.concatenate([np.full(b.size, 1.0 / b.correlation_distance) for b in self.blocks])
+
+    @cached_property
     def density(self) -> Array:
-        """Density of each state's own driving noise, (n,) unit/√s."""
+        """Density of each state's own driving noise over time, (n,) unit/√s."""
         return np.concatenate([b.density for b in self.blocks])
 
     @cached_property
@@ -244,7 +260,7 @@ class ErrorModel:
         A compensated value stays constant, whereas a Gauss-Markov process decays; its estimate therefore stays in the
         filter.
         """
-        return np.asarray(self.decay == 0.0)
+        return np.asarray((self.decay == 0.0) & (self.per_metre == 0.0))
 
 
 UNTOLD = {name: FIELDS[name].untold for name in SLOTS if FIELDS[name].untold}

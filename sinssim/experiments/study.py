@@ -23,7 +23,7 @@ from sinssim.experiments.studies.trade_schema import MOST_CELLS, TradeStudy
 from sinssim.experiments.workload import LIMIT_MINUTES
 from sinssim.progress import Progress
 from sinssim.scenario.load import Overrides, override, parse_value, resolved_use
-from sinssim.toml_file import read_toml, validate
+from sinssim.toml_file import parse_toml, read_toml, validate
 
 Kind = TypeVar("Kind", Study, TradeStudy)
 
@@ -43,20 +43,29 @@ def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study | Trade
         raise InputError(f"{path} is a scenario, not a study; vary its keys with --vary KEY=VALUES.")
     file = find_content("studies", str(path))
     text, data = read_toml(file)
+    return _study(data, file, text, str(path), overrides)
+
+
+def study_of_text(text: str, file: Path) -> Study | TradeStudy:
+    """Return the checked study of a text as in a file."""
+    return _study(parse_toml(text, file.name), file, text, file.name, ())
+
+
+def _study(data: dict[str, Any], file: Path, text: str, path: str, overrides: Sequence[str]) -> Study | TradeStudy:
     if "parts" in data and ("axes" in data or "scenario" in data):
         raise InputError(
             f"{path} has parts and {'axes' if 'axes' in data else 'a scenario'}: a study either compares algorithms on "
             "motions, by [[parts]], or varies the keys of a scenario, by [[axes]]. Make two studies of it."
         )
     if "axes" in data or "scenario" in data:
-        return _checked(TradeStudy, file, text, data, str(path), overrides)
+        return _checked(TradeStudy, file, text, data, path, overrides)
     if "parts" not in data:
         raise InputError(
             f"{path} is not a study: it has neither [[parts]], which compare algorithms on motions, nor a scenario "
             "with [[axes]], which vary its keys. The keys of a scenario are varied without a file by --vary KEY=VALUES."
         )
     resolved_use(data, file.parent, views=False)
-    return _checked(Study, file, text, data, str(path), overrides)
+    return _checked(Study, file, text, data, path, overrides)
 
 
 def _checked(

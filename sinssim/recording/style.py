@@ -93,6 +93,7 @@ COLORS: dict[str, Rgb] = {
     "accelerometer scale": (86, 180, 233),
     "accelerometer misalignment": (102, 197, 171),
     "accelerometer instability": (95, 80, 165),
+    "gravity disturbance": (160, 60, 90),
     "gnss lever arm": (150, 120, 90),
     "gnss time offset": (110, 90, 70),
     # axes: of the body, and of the local level

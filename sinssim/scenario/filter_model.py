@@ -10,9 +10,9 @@ signal-to-noise ratio d that any filter can have for it, whatever the aiding sen
 
     d² = Σ σ² ∫u² dt / N²,
 
-summed over the errors of a block. An error without a state disturbs the filter by at most that: νᵀS⁻¹ν over the run
-and xᵀP⁻¹x are noncentral χ² with a mean noncentrality of at most d². A block is a state if d² exceeds `LEFT_OUT`; a
-bias is one if the sensors have a bias.
+summed over the errors of a block; that of gravity is in `unknown_gravity`. An error without a state disturbs the filter
+by at most that: νᵀS⁻¹ν over the run and xᵀP⁻¹x are noncentral χ² with a mean noncentrality of at most d². A block is a
+state if d² exceeds `LEFT_OUT`; a bias is one if the sensors have a bias.
 
 Noises and errors of the combination of a redundant set have covariances proportional to P = (HᵀWH)⁻¹ of the sensors
 in use (`sinssim.sensors.sets.redundant_errors`). The white noise of the model is that of the smallest eigenvalue of P
@@ -34,9 +34,11 @@ from sinssim import units
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.estimation.state_model import Block, ErrorModel, error_model
+from sinssim.filters import GRAVITY
 from sinssim.scenario.filter_section import FILTER_STATES
 from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.tables import Tables
+from sinssim.scenario.unknown_gravity import gravity_block, gravity_notes, unknown_gravity
 from sinssim.sensors.aiding.magnetometer import Magnetometer
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import of_triad
@@ -104,7 +106,8 @@ class Weight(NamedTuple):
 
 
 def weights(scenario: Scenario, moved: Excitation | None = None) -> tuple[Weight, ...]:
-    """Return the significance of the errors of the inertial sensors of a scenario, for each block of `FILTER_STATES`.
+    """Return the significance of the errors of the inertial sensors of a scenario, for each block of `FILTER_STATES`,
+    and of the gravity that its navigator does not know.
 
     The motion is `moved` if it is known, otherwise that of the plan.
     """
@@ -119,6 +122,9 @@ def weights(scenario: Scenario, moved: Excitation | None = None) -> tuple[Weight
         noise = model.gyro_noise if triad == "gyro" else model.accel_noise
         squared = _ratio_squared(size * block.size / 3.0 * _input(motion, triad, what), noise)
         result.append(Weight(block.name, math.sqrt(squared), squared > (0.0 if what == "bias" else LEFT_OUT)))
+    if (gravity := unknown_gravity(scenario)) is not None:
+        ratio = gravity.ratio(model.accel_noise)
+        result.append(Weight(GRAVITY, ratio, ratio**2 > LEFT_OUT))
     return tuple(result)
 
 
@@ -135,7 +141,8 @@ def _ratio_squared(signal: float, noise: float) -> float:
 
 
 def states(scenario: Scenario, moved: Excitation | None = None) -> tuple[str, ...]:
-    """Return the blocks of the inertial sensors' errors that a scenario's filter has, for the motion of `weights`."""
+    """Return the blocks of the sensors' and gravity's errors that a scenario's filter has, for the motion of
+    `weights`."""
     assert scenario.filter is not None
     if scenario.filter.states is not None:
         return scenario.filter.states
@@ -186,7 +193,8 @@ def _times(ratio: float) -> str:
 def hints(scenario: Scenario) -> Iterator[str]:
     """Explain an inconsistent filter by states that it lacks."""
     given, every = states(scenario), weights(scenario)
-    missing = [weight for weight in every if weight.needed and weight.block not in given]
+    yield from _about_gravity(scenario)
+    missing = [w for w in every if w.needed and w.block not in given and w.block != GRAVITY]
     if missing:
         which = ", ".join(f"{w.block} ({_times(w.ratio)} times the noise over the run)" for w in missing)
         yield (
@@ -197,8 +205,21 @@ def hints(scenario: Scenario) -> Iterator[str]:
         yield from _products(scenario)
 
 
+def _about_gravity(scenario: Scenario) -> Iterator[str]:
+    """Report gravity that the navigator does not know."""
+    if scenario.gravity is None:
+        return
+    model = error_model(inertial_sigma(scenario), duration=expected_duration(scenario))
+    bias = float(np.max(model.sigma[model.slices["accelerometer bias"]]))
+    block = gravity_block(scenario) if GRAVITY in states(scenario) else None
+    yield from gravity_notes(scenario, bias, model.accel_noise, block)
+
+
 def notes(scenario: Scenario) -> Iterator[str]:
-    """Report what a scenario's sensors are not accurate enough for."""
+    """Report what a scenario's sensors are not accurate enough for, and the gravity that its navigator does not
+    know."""
+    if scenario.filter is not None:
+        yield from _about_gravity(scenario)
     section, parked = scenario.filter, scenario.parked
     if section is None or section.alignment_s is None or section.alignment != "at-rest" or parked is None:
         return
@@ -377,8 +398,8 @@ class HasStates(Protocol):
 def filter_model(scenario: Scenario, duration: float = 3600.0, recorded: Sequence[HasStates] = ()) -> ErrorModel:
     """Return the error model of a scenario's filter for a duration, s.
 
-    It has the blocks of navigation, those of the inertial sensors that the section names or that matter, and those of
-    the aiding sensors: the emulated ones of [aiding], and the recorded ones.
+    It has the blocks of navigation, those of the inertial sensors and of gravity that the section names or that matter,
+    and those of the aiding sensors: the emulated ones of [aiding], and the recorded ones.
     """
     f, start = scenario.filter, scenario.navigation.initial_error
     assert f is not None
@@ -397,13 +418,15 @@ def filter_model(scenario: Scenario, duration: float = 3600.0, recorded: Sequenc
     ]
     tilt = sigma_of(sigma.tilt_arcmin, _LEAST_ANGLE_ARCMIN, s.tilt_sigma_arcmin, s.roll_arcmin, s.pitch_arcmin)
     heading = sigma_of(sigma.heading_arcmin, _LEAST_ANGLE_ARCMIN, s.heading_sigma_arcmin, s.heading_arcmin)
+    chosen = states(scenario)
+    gravity = [gravity_block(scenario)] if GRAVITY in chosen else []
     model = error_model(
         inertial_sigma(scenario),
         position=(north, east, height),
         velocity=velocity,
         attitude=np.array([tilt, tilt, heading]) * units.ARCMIN,
-        imu=states(scenario),
-        extra=_sensor_blocks(sensors, f.measurement_noise_factor),
+        imu=[name for name in chosen if name in FILTER_STATES],
+        extra=[*gravity, *_sensor_blocks(sensors, f.measurement_noise_factor)],
         duration=duration,
     )
     return of_combination(model, scenario)

@@ -20,7 +20,7 @@ from pydantic import (
 
 from sinssim.algorithms import SCENARIO_ALGORITHMS, TAKEN
 from sinssim.errors import unknown_name
-from sinssim.filters import KINDS, LINEAR, SHIPPED
+from sinssim.filters import GRAVITY, KINDS, LINEAR, SHIPPED
 from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.aiding_registry import BROKEN, CLASSES, sensor_class
 from sinssim.sensors.aiding_sensor import AidingSensor
@@ -40,13 +40,17 @@ FILTER_STATES: dict[str, str] = {
     "gyro misalignment": "tilts of the gyros' sensitive axes, six angles",
     "accelerometer misalignment": "tilts of the accelerometers' sensitive axes, six angles",
 }
+BLOCKS_OF_STATES = {
+    **FILTER_STATES,
+    GRAVITY: "deflections of the vertical and anomaly that the navigator does not know, over the distance",
+}
 
 
 def _known(name: str) -> str:
     if name in NAVIGATION_STATES:
-        raise ValueError(f"every filter has the state {name!r}; give only errors of the inertial sensors in states")
-    if name not in FILTER_STATES:
-        raise unknown_name("block of states", name, FILTER_STATES)
+        raise ValueError(f"every filter has the state {name!r}; give only other errors in states")
+    if name not in BLOCKS_OF_STATES:
+        raise unknown_name("block of states", name, BLOCKS_OF_STATES)
     return name
 
 
@@ -82,13 +86,29 @@ class InitialSigmaSection(Section):
     heading_arcmin: AngleSigma | None = Field(default=None, description="1σ of the heading")
 
 
+class GravityStates(Section):
+    """The states "gravity disturbance", Gauss-Markov processes over the distance travelled. Values that are left out
+    follow from the true field along the plan, for recorded sensors from the anomaly degree variances of Tscherning and
+    Rapp (1974) beyond the degree that the navigator knows."""
+
+    deflection_sigma_arcsec: Annotated[float, Field(gt=0.0, le=200.0)] | None = Field(
+        default=None, description="1σ of the deflections to the north and to the east"
+    )
+    anomaly_sigma_mgal: Annotated[float, Field(gt=0.0, le=2000.0)] | None = Field(
+        default=None, description="1σ of the anomaly"
+    )
+    correlation_km: Annotated[float, Field(ge=0.1, le=5000.0)] | None = Field(
+        default=None, description="distance at which the correlation is 1/e"
+    )
+
+
 class _FilterKeys(Section):
     """The keys that every filter may have."""
 
     states: Annotated[tuple[StateBlock, ...], once("block")] | None = Field(
         default=None,
-        description=f"errors of the inertial sensors that are states of the filter, any of "
-        f"{', '.join(FILTER_STATES)}; default: those that are significant for the grade and the planned motion; "
+        description=f"errors of the inertial sensors and of gravity that are states of the filter, any of "
+        f"{', '.join(BLOCKS_OF_STATES)}; default: those that are significant for the grade and the planned motion; "
         f"states of aiding sensors are added automatically",
     )
     kind: Kind = Field(
@@ -141,6 +161,7 @@ class _FilterKeys(Section):
         "MEMS IMU near an engine",
     )
     initial_sigma: InitialSigmaSection = Field(default=InitialSigmaSection())
+    gravity: GravityStates = Field(default=GravityStates())
 
 
 class FilterSection(_FilterKeys):

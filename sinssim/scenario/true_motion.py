@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
 from sinssim.arguments import check_kind
 from sinssim.errors import InputError
 from sinssim.scenario.planned_limits import warn_of_limits
@@ -14,6 +16,7 @@ from sinssim.truth.flight.guidance import TRUTH, SolutionErrors
 from sinssim.truth.motion import Motion, Mounting
 
 if TYPE_CHECKING:
+    from sinssim.data import Array
     from sinssim.earth.gravity_disturbance import DisturbingField
     from sinssim.truth.flight.flight_log import FlightLog
     from sinssim.truth.trajectory import Trajectory
@@ -116,6 +119,19 @@ def unknown_field(scenario: Scenario) -> DisturbingField | None:
     """Return the part of the true field that the navigator does not know, None if it knows all of it."""
     gravity, known = scenario.gravity, scenario.navigation.gravity_degree
     return None if gravity is None else gravity.beyond(known, scenario.truth.figure)
+
+
+def unknown_disturbance(scenario: Scenario, motion: Trajectory, time: Array) -> Array:
+    """Return the disturbance that the navigator does not know on a true motion at instants, (K,) s, north, east, down,
+    (K, 3) m/s²."""
+    from sinssim.truth.true_gravity_disturbance import Disturbed
+
+    if not isinstance(motion, Disturbed) or not len(time):
+        return np.zeros((len(time), 3))
+    state = motion.state(time)
+    whole = motion.disturbance_ned(time, state)
+    known = known_field(scenario)
+    return whole if known is None else whole - known.at(state.latitude, state.longitude, state.height).gravity_ned
 
 
 def block_of(vehicle: Trajectory, section: Imu) -> Trajectory:

@@ -26,7 +26,7 @@ from sinssim.estimation.state_model import ErrorModel
 from sinssim.progress import Progress, silent
 from sinssim.scenario.filter_model import filter_model, inertial_sigma, noise_of_combination, with_declination
 from sinssim.scenario.run_memory import ROWS
-from sinssim.scenario.true_motion import block_of, known_field, mounting
+from sinssim.scenario.true_motion import block_of, known_field, mounting, unknown_disturbance
 from sinssim.sensors.aiding.land_vehicle import LandVehicle
 from sinssim.sensors.aiding_sensor import AidingReadings, Vehicle
 from sinssim.sensors.imu.encoder import Encoders, encoders_of, turned_in
@@ -251,7 +251,8 @@ def aid_run(
     give_back_memory()
     used = (monitored[0].used, monitored[1].used) if monitored else None
     inertial = InertialParameters(errors, edges, scenario.seed, scenario.imu.sensor_set, used)
-    return compare_with_truth(trajectory, inertial, edges, sensed, solution, block)
+    gravity = partial(unknown_disturbance, scenario, trajectory)
+    return compare_with_truth(trajectory, inertial, edges, sensed, solution, block, gravity)
 
 
 def filtered(

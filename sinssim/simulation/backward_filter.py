@@ -28,7 +28,7 @@ import numpy as np
 
 from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
 from sinssim.earth.ellipsoids import in_reverse_time
-from sinssim.estimation import Block, ErrorModel, Estimate, Innovations
+from sinssim.estimation import ErrorModel, Estimate, Innovations
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.measurement_epochs import averaging_intervals
 from sinssim.estimation.state_model import NAVIGATION
@@ -100,11 +100,11 @@ def start_model(forward: Estimate) -> ErrorModel:
             sigma = WIDER * last_sigma
             if block.name == "attitude":
                 sigma = np.minimum(sigma, np.maximum(last_sigma, _LARGEST_ANGLE))
-        elif math.isfinite(block.correlation_time):
+        elif math.isfinite(min(block.correlation_time, block.correlation_distance)):
             sigma = np.asarray(block.sigma)
         else:
             sigma = np.hypot(block.sigma, np.asarray(block.random_walk) * math.sqrt(lasts))
-        blocks.append(Block(block.name, sigma, block.random_walk, block.correlation_time))
+        blocks.append(replace(block, sigma=sigma))
     return replace(model, blocks=tuple(blocks))
 
 

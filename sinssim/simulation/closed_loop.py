@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.data import Array, NavSolution, NavState
+from sinssim.earth.ellipsoids import WGS84
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.errors import RunError
 from sinssim.rotation import conjugate, euler_from_quaternion, multiply, rotate
@@ -78,7 +79,7 @@ def closed_loop(
     """
     scenario = filter_model.with_states(scenario)
     assert scenario.flight is not None  # it is guided
-    source, moved = scenario.flight.guidance.source, list[float]()
+    source, moved, left = scenario.flight.guidance.source, list[float](), np.inf
     report = progress or (lambda fraction: None)
 
     def part_of(number: int) -> Callable[[float], None]:
@@ -86,19 +87,23 @@ def closed_loop(
         return lambda fraction: report(begin + (end - begin) * fraction)
 
     path = by_truth = true_motion(scenario, part_of(0), meanwhile, errors="none")
-    while not moved or to_go(moved) > NEAR:
+    flown = list[SolutionErrors]()
+    while left > NEAR:
         if len(moved) == _MOST or _settles_slowly(moved):
             path, moved = by_sections(scenario, by_truth, part_of(len(moved) + 1))
             report(1.0)
-            return path, Guided(source, by_truth, tuple(moved), in_sections=True)
-        errors = solution_errors(scenario, path)
-        before, path = path, true_motion(scenario, part_of(len(moved) + 1), errors=errors)
+            return path, Guided(source, by_truth, tuple(moved), max(moved), in_sections=True)
+        flown.append(solution_errors(scenario, path))
+        if len(flown) > 2 and (left := moved[-1] * _share(flown[-3:])) <= NEAR:  # without a further flight
+            break
+        before, path = path, true_motion(scenario, part_of(len(moved) + 1), errors=flown[-1])
         moved.append(apart(before, path))
+        left = _to_go(moved)
     report(1.0)
-    return path, Guided(source, by_truth, tuple(moved))
+    return path, Guided(source, by_truth, tuple(moved), left)
 
 
-def to_go(moved: Sequence[float]) -> float:
+def _to_go(moved: Sequence[float]) -> float:
     """Return how far a path is from that of the closed loop, m: what the slower of the last two gains leaves of how far
     the last pass has moved it.
 
@@ -107,6 +112,22 @@ def to_go(moved: Sequence[float]) -> float:
     """
     shares = [after / before for before, after in pairwise(moved[-3:])]
     return moved[-1] * (min(max(shares), 1.0) if len(shares) == 2 else 1.0)
+
+
+def _share(errors: Sequence[SolutionErrors]) -> float:
+    """Return how large the last change of a navigator's errors is as a share of the one before.
+
+    That is the largest share of position, velocity, attitude and rates. A path moves as the errors that it is flown
+    with change.
+
+    Args:
+        errors: those on three flights, one after the other.
+    """
+    count = min(len(of.values) for of in errors)
+    values = np.stack([of.values[:count] for of in errors])
+    values[:, :, :2] *= WGS84.a  # in metres, as the height
+    before, after = np.abs(np.diff(values, axis=0)).reshape(2, count, 4, 3).max(axis=(1, 3))
+    return float(np.divide(after, before, out=np.where(after > 0.0, np.inf, 0.0), where=before > 0.0).max())
 
 
 def _settles_slowly(moved: list[float]) -> bool:

@@ -5,7 +5,7 @@ The true values of the sensors' parameters are computed at the filter's epochs.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -16,6 +16,7 @@ from sinssim.data import Array, ImuData, NavSolution, blocks
 from sinssim.estimation import ErrorModel, Estimate, nominal_errors, state_errors
 from sinssim.estimation.linearisation import rows_of, solution_of
 from sinssim.estimation.state_model import NAVIGATION, crossing_time
+from sinssim.filters import GRAVITY
 from sinssim.sensors.aiding_sensor import AidingReadings
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
@@ -305,6 +306,7 @@ def compare_with_truth(
     sensed: tuple[AidingReadings, ...],
     estimated: Estimate,
     block: Trajectory | None = None,
+    gravity: Callable[[Array], Array] | None = None,
 ) -> Aided:
     """Compare an estimate with the truth.
 
@@ -312,10 +314,15 @@ def compare_with_truth(
         edges: edges of the IMU's intervals, (N+1,) s.
         sensed: readings of the aiding sensors, with their true errors.
         block: the motion of a block that turns in the vehicle, which the filter's history is about.
+        gravity: function that returns the disturbance that the navigator does not know at instants, (K,) s, north,
+            east, down, (K, 3) m/s²; None for none.
     """
     further = {"smoothed": estimated.smoothed, "backward": estimated.backward}
     solutions = {name: estimate for name, estimate in further.items() if estimate is not None}
     true = inertial.at(estimated.time, *(estimate.time for estimate in solutions.values()))
+    if GRAVITY in estimated.model.slices:
+        for at, values in zip((estimated.time, *(e.time for e in solutions.values())), true, strict=True):
+            values[GRAVITY] = np.zeros((len(at), 3)) if gravity is None else gravity(at)
     parameters = _true_parameters(true[0], sensed, estimated.time, estimated.model)
     errors: dict[str, NavError] = {}
     states: dict[str, Array] = {}

@@ -19,9 +19,11 @@ from sinssim.analyses.alignment_session import _part, align
 from sinssim.cli.app import main
 from sinssim.data import ImuData
 from sinssim.errors import InputError
+from sinssim.experiments.run.finished_runs import runs_in
 from sinssim.recording import figures
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
+from tests.recording.shown import curves_of
 from tests.slow import slow
 
 SCENARIO = """
@@ -191,6 +193,12 @@ def test_a_session_is_recorded(scenario, tmp_path, capsys):
     code, out, _ = run(capsys, scenario, "--json", "--record", str(tmp_path / "new" / "session.rrd"))
     assert code == 0
     assert [file.name for file in (tmp_path / "new").iterdir()] == ["session.rrd"]
+    assert run(capsys, scenario, "--json", "-o", str(tmp_path / "whole"))[1] == out
+    assert (tmp_path / "whole" / "recording.rrd").stat().st_size > 1000
+    keys = [chart["key"] for chart in curves_of(tmp_path / "whole" / "report.html")]
+    names = ("heading", "roll", "pitch", "latitude")
+    assert keys == [*(f"angles/{name}" for name in names), "turn", "velocity", *(f"length/{name}" for name in names)]
+    assert [entry.kind for entry in runs_in(tmp_path)] == ["alignment"]
     result, rows = json.loads(out), recorded(tmp_path / "new" / "session.rrd")
     for name, true in (("heading", 123.0), ("roll", 1.0), ("pitch", -2.0), ("latitude", 50.0)):
         value, sigma = result[f"{name}_deg"], result["sigma_arcmin"][name] / 60

@@ -11,10 +11,12 @@ from scipy.linalg import expm
 from sinssim import earth, rotation
 from sinssim.data import Array, ImuData, NavState
 from sinssim.earth.ellipsoids import ELLIPSOIDS
+from sinssim.errors import InputError
 from sinssim.estimation import BLOCKS, Block, ErrorModel
-from sinssim.estimation.error_dynamics import NominalMotion, driving_noise, dynamics, transition
+from sinssim.estimation.error_dynamics import NominalMotion, driving_noise, dynamics, noise_at_speed, transition
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.emulation import emulate
+from sinssim.strapdown.gravity_disturbance import disturbance_in_body
 from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import navigation_error
 
@@ -34,6 +36,7 @@ STEPS = {
     "accelerometer scale": 2e-3,
     "gyro misalignment": 0.02,
     "accelerometer misalignment": 2e-3,
+    "gravity disturbance": 1e-2,
 }
 
 
@@ -63,7 +66,15 @@ def perturbed(start: NavState, imu: ImuData, x: Array, ellipsoid: str) -> tuple[
         )
         for triad in ("gyro", "accelerometer")
     )
-    return state, emulate(imu, ImuErrors(gyro, accel))
+    wrong = emulate(imu, ImuErrors(gyro, accel))
+    unknown = part["gravity disturbance"]
+    if unknown.any():  # a navigator that does not know gravity navigates as one with less force
+        along = navigate(imu, start, frame="inertial", ellipsoid=ellipsoid)
+        constant = np.zeros((1, 4, 3))
+        constant[0, 0] = rotation.rotate(earth.q_en(start.latitude, start.longitude), unknown)
+        felt = disturbance_in_body(imu, along, constant, 0.0, 2.0 * SPAN, ELLIPSOIDS[ellipsoid])
+        wrong = ImuData(imu.time, wrong.dtheta, wrong.dvel - felt)
+    return state, wrong
 
 
 def engine_f(start: NavState, rate: Array, force: Array, gravity: str, ellipsoid: str) -> Array:
@@ -143,6 +154,7 @@ MODEL = ErrorModel(
         Block("gyro instability", 1e-7, correlation_time=30.0),
         Block("accelerometer bias", 1e-3),
         Block("baro-height bias", 10.0, correlation_time=0.5),
+        Block("gravity disturbance", (1e-4, 2e-4, 3e-4), correlation_distance=2000.0),
     ),
     gyro_noise=1e-6,
     accel_noise=1e-4,
@@ -175,15 +187,15 @@ def test_phi_and_q_are_van_loans() -> None:
     interval = np.array([1e-3, 0.01, 0.1, 0.3, 1.0, 3.0, 10.0])
     motion = flight(len(interval))
     f = dynamics(MODEL, motion, "normal", ELLIPSOIDS["wgs84"])
-    density = driving_noise(MODEL)
+    density = noise_at_speed(MODEL, driving_noise(MODEL), motion.velocity)
     for one_by_one in (True, False):
         if one_by_one:
-            parts = [transition(f[k : k + 1], density, interval[k : k + 1]) for k in range(len(interval))]
+            parts = [transition(f[k : k + 1], density[k], interval[k : k + 1]) for k in range(len(interval))]
             phi, q = np.concatenate([p for p, _ in parts]), np.concatenate([q for _, q in parts])
         else:
             phi, q = transition(f, density, interval)
         for k, t in enumerate(interval):
-            phi_k, q_k = van_loan(f[k], density, t)
+            phi_k, q_k = van_loan(f[k], density[k], t)
             scale = np.sqrt(np.maximum(q_k.diagonal(), 0.0))  # of a constant, rounding
             assert np.abs(phi[k] - phi_k).max() < 1e-6 * np.abs(f[k] * t).max()
             for rows in MODEL.slices.values():
@@ -213,3 +225,24 @@ def test_a_stationary_process_stays_stationary() -> None:
         phi, q = transition(f, driving_noise(MODEL), np.array([interval]))
         assert phi[0][where, where].item() == pytest.approx(math.exp(-interval / 0.5), rel=1e-6, abs=0.0)
         assert phi[0][where, where].item() ** 2 * 100.0 + q[0][where, where].item() == pytest.approx(100.0, rel=1e-6)
+
+
+def test_gravity_over_the_distance_is_stationary_at_any_speed() -> None:
+    """Over 700 m of a D of 2 km, at 7, 70 and 280 m/s, up and down, the correlation is exp(−0.35) and σ stays."""
+    speed = np.array([7.0, 70.0, 280.0])
+    velocity = np.column_stack([0.6 * speed, -0.8 * speed, [300.0, -40.0, 0.0]])
+    motion = NominalMotion(**{**vars(flight(3)), "velocity": velocity})
+    f = dynamics(MODEL, motion, "normal", ELLIPSOIDS["wgs84"])
+    where = MODEL.slices["gravity disturbance"]
+    phi, q = transition(f, noise_at_speed(MODEL, driving_noise(MODEL), velocity), 700.0 / speed)
+    for k in range(3):
+        kept, fresh = phi[k][where, where].diagonal(), q[k][where, where].diagonal()
+        np.testing.assert_allclose(kept, math.exp(-0.35), rtol=1e-6)
+        np.testing.assert_allclose(kept**2 * np.array([1e-8, 4e-8, 9e-8]) + fresh, [1e-8, 4e-8, 9e-8], rtol=1e-6)
+    assert not MODEL.fed_back[where].any()
+    with pytest.raises(InputError, match="give correlation_time or correlation_distance, not both"):
+        Block("gravity disturbance", 1.0, correlation_time=1.0, correlation_distance=1.0)
+    with pytest.raises(InputError, match=r"correlation_distance = 0\.0 m must be positive"):
+        Block("gravity disturbance", 1.0, correlation_distance=0.0)
+    with pytest.raises(InputError, match="random_walk belongs to a process without either"):
+        Block("gravity disturbance", 1.0, 1.0, correlation_distance=1.0)

@@ -13,7 +13,7 @@ from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.errors import InputError
-from sinssim.estimation import error_model
+from sinssim.estimation import Block, error_model
 from sinssim.estimation.error_dynamics import driving_noise
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.filter_kinds import by_group, filter_of
@@ -32,13 +32,15 @@ SIGMA = biases_only("laser-navigation")
 SMALL = error_model(SIGMA, position=5.0, velocity=0.1, attitude=(3e-4, 3e-4, 3e-3))
 
 
-def segment(seconds: float, axes: str = "north", lever_arm: tuple[float, ...] = (0.0, 0.0, 0.0)) -> Linearisation:
+def segment(
+    seconds: float, axes: str = "north", lever_arm: tuple[float, ...] = (0.0, 0.0, 0.0), extra: tuple[Block, ...] = ()
+) -> Linearisation:
     """Return a segment of the weaving flight by perfect sensors, a tenth of a second between epochs, with fixes."""
     flight, ideal = weaving(60.0, 100.0)
     time, rng = np.arange(1.0, seconds + 0.5), np.random.default_rng(4)
     given = [replace(of, lever_arm=np.array(lever_arm)) for of in (positions(flight, time, rng),
                                                                   velocities(flight, time, rng))]  # fmt: skip
-    model = replace(SMALL, axes=axes)
+    model = replace(SMALL, axes=axes, blocks=(*SMALL.blocks, *extra))
     engine = Segments(ideal)
     readings, epochs = take_in(given, model, engine.time, 10.0)
     around = Surroundings(model, driving_noise(model), epochs, readings, MeanGyroRates(ideal), "normal", WGS84, False)
@@ -78,7 +80,8 @@ def test_errors_of_any_size_move_as_another_navigation_does(axes: str) -> None:
 @pytest.mark.parametrize("axes", ["north", "transported"])
 def test_small_errors_move_by_the_transition_and_are_seen_by_h(axes: str) -> None:
     """Differences of a centimetre, a millimetre a second and a microradian against Φ and H, lever arm and all."""
-    line = segment(3.0, axes, (2.0, -1.0, 3.0))
+    gravity = Block("gravity disturbance", 3e-4, correlation_distance=20e3)
+    line = segment(3.0, axes, (2.0, -1.0, 3.0), (gravity,))
     n, motion = line.phi.shape[1], line.motion()
     step = np.where(np.arange(n) < 3, 1e-2, np.where(np.arange(n) < 6, 1e-3, 1e-6))
     step[CORE:] = 1e-6

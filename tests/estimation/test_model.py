@@ -127,6 +127,7 @@ def test_axes_units_and_limits_of_the_blocks() -> None:
     body, ned, pairs = ("forward", "right", "down"), ("north", "east", "down"), ("xy", "xz", "yx", "yz", "zx", "zy")
     expected = {
         "position": (ned, "m"), "velocity": (ned, "m/s"), "attitude": (ned, "rad"),
+        "gravity disturbance": (ned, "m/s²"),
         "gnss lever arm": (body, "m"), "gnss time offset": (("",), "s"),
     }  # fmt: skip
     for triad, unit in (("gyro", "rad/s"), ("accelerometer", "m/s²")):

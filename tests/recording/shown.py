@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import html
+import json
 import re
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -56,3 +59,9 @@ def tables(exhibits: Exhibits, medium: Medium) -> list[Table]:
 def still(page: str) -> str:
     """Return a page without what its script reads and draws."""
     return re.sub(r' data-chart="[^"]*"|<script>.*?</script>', "", page, flags=re.DOTALL)
+
+
+def curves_of(page: str | Path) -> list[dict[str, Any]]:
+    """Return the data of the curves of a page, a text or a file, that can be zoomed."""
+    text = page if isinstance(page, str) else page.read_text(encoding="utf-8")
+    return [json.loads(html.unescape(found)) for found in re.findall(r'data-chart="([^"]*)"', text)]

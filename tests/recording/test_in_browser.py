@@ -1,8 +1,11 @@
-"""Reports and the web view in a real browser: a console without errors, a page that fits, something drawn."""
+"""Reports of every kind and the web view in a real browser: a console without errors, a page that fits, something
+drawn, also without scripts and in print, no request, and nothing that axe-core finds serious (`make test-reports`)."""
 
 from __future__ import annotations
 
 import io
+import json
+import os
 import re
 import subprocess
 import sys
@@ -34,6 +37,13 @@ parked = { latitude_deg = 50.0, duration_s = 5.0 }
 """
 
 
+KINDS = ("run", "study", "ensemble", "both", "budget", "trade", "calibration", "alignment", "noise", "plane", "list")
+AXE = os.environ.get("SINSSIM_AXE")
+"""The script axe.min.js of axe-core, which finds what hinders readers; without it, it is not asked."""
+SERIOUS = """axe.run().then(({violations}) => JSON.stringify(violations.filter(
+  ({impact}) => impact === "serious" || impact === "critical").map(({id, nodes}) => [id, nodes[0].html])))"""
+
+
 def call(*arguments: str) -> None:
     with pytest.raises(SystemExit) as stopped:
         cli.main(arguments)
@@ -42,7 +52,7 @@ def call(*arguments: str) -> None:
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run, a study, an ensemble, and a comparison of two runs."""
+    """A report of each of `KINDS`."""
     folder = tmp_path_factory.mktemp("browser")
     with pytest.MonkeyPatch.context() as patch:
         fake_run.install(3000, patch.setattr)
@@ -53,6 +63,18 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     call("compare", str(folder / "mine.toml"), "-o", str(folder / "study"), "-q")
     call("ensemble", str(folder / "many.toml"), "--runs", "20", "-o", str(folder / "ensemble"), "-q")
     call("compare-runs", str(folder / "run"), str(folder / "other"), "-o", str(folder / "both"), "-q")
+    short = ("-q", "--set", "parked.duration_s=60", "--set", "imu.rate_hz=10")
+    call("budget", "parked", *short, "--require", "r95(end) <= 1 km", "-o", str(folder / "budget"))
+    call("compare", "parked", *short, "--vary", "imu.grade=tactical,consumer", "-o", str(folder / "trade"))
+    call("run", "parked", *short, "-o", str(folder / "rest"))
+    call("align", "parked", *short[1:], "-o", str(folder / "alignment"))
+    call("allan", str(folder / "rest"), "-q", "--channel", "gyro_x", "-o", str(folder / "noise"))
+    table = ("--set", "turntable.dwell_s=5", "--set", "imu.rate_hz=10")
+    call("calibrate", "calibration_table", "-q", *table, "-o", str(folder / "calibration"))
+    call("run", "one_component", "-q", "-o", str(folder / "plane"))
+    call("runs", str(folder), "--html")
+    (folder / "list").mkdir()
+    (folder / "runs.html").rename(folder / "list" / "report.html")
     return folder
 
 
@@ -65,7 +87,7 @@ def colourful(picture: np.ndarray) -> int:
     return int(((picture.max(axis=2) - picture.min(axis=2)) > 60).sum())
 
 
-@pytest.mark.parametrize("name", ["run", "study", "ensemble", "both"])
+@pytest.mark.parametrize("name", KINDS)
 @pytest.mark.parametrize("dark", [False, True])
 def test_a_report(made: Path, name: str, dark: bool) -> None:
     with Page(size=(1250, 1000), dark=dark) as page:
@@ -78,15 +100,42 @@ def test_a_report(made: Path, name: str, dark: bool) -> None:
             "[...document.querySelectorAll('svg text')].every(t => getComputedStyle(t).fill !== "
             "getComputedStyle(document.body).backgroundColor)"
         )
+        page.value("document.querySelector('svg').scrollIntoView()")
+        page.wait(0.5)
         picture = seen(page)
         assert (np.median(picture) < 60) == dark
         assert colourful(picture) > 100
 
 
+@pytest.mark.parametrize("name", KINDS)
+def test_a_narrow_report_without_scripts_and_in_print(made: Path, name: str) -> None:
+    with Page(size=(360, 740)) as page:
+        page.open(file_address(made / name / "report.html"), "document.readyState === 'complete'")
+        page.wait(1.0)
+        assert page.value("document.documentElement.scrollWidth <= innerWidth")
+        if AXE:
+            page.value(Path(AXE).read_text(encoding="utf-8") + "; 1")
+            found = page.value(SERIOUS)
+            assert json.loads(found) == []
+        page.media("print")
+        figures = "[...document.querySelectorAll('figure.live, figure.live_map')]"
+        assert page.value(f"{figures}.every(one => getComputedStyle(one.querySelector('svg')).display !== 'none')")
+        assert page.value(f"{figures}.every(one => !one.querySelector('.curves, .zoomed')?.offsetWidth)")
+        page.media("screen")
+        page.size(1250, 1000)
+        page.scripts(False)
+        page.open(file_address(made / name / "report.html"))
+        page.wait(1.0)
+        assert colourful(np.asarray(Image.open(io.BytesIO(page.picture(whole=True))).convert("RGB")).astype(int)) > 100
+        assert page.problems == []
+        assert [address for address in page.requests if not address.startswith(("file:", "data:"))] == []
+
+
 @pytest.mark.parametrize("name", ["run", "study", "ensemble"])
 def test_the_web_view(made: Path, name: str) -> None:
-    code = "import pathlib, sys; from sinssim.recording.rerun.viewer import serve; serve(pathlib.Path(sys.argv[1]))"
-    server = subprocess.Popen([sys.executable, "-c", code, str(made / name)], stdout=subprocess.PIPE, text=True)
+    command = [sys.executable, "-m", "sinssim", "view", str(made / name), "--web"]
+    timed = ["--time", "7"] if name == "run" else []
+    server = subprocess.Popen([*command, *timed], stdout=subprocess.PIPE, text=True)
     assert server.stdout is not None
     try:
         address = server.stdout.readline().removeprefix("Open ").strip()
@@ -98,6 +147,8 @@ def test_the_web_view(made: Path, name: str) -> None:
                 # the page that loads the data has a coloured list at its left, and a coloured word at its top
                 drawn = colourful(seen(page)[50:, 250:])
             assert drawn >= 1000  # a line across half of the view is one pixel or two high
+            if timed:  # 7e9 ns as the viewer tells it
+                page.until("window._handle.viewer_state().join().includes('34,6,8,128,140,238,137,26')")
             # without internet the map's tiles are missing, and Chromium says so
             ours = [problem for problem in page.problems if not re.search(r"tile\.openstreetmap\.org", problem)]
             assert ours == []

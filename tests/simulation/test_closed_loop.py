@@ -25,7 +25,7 @@ from sinssim.simulation.closed_loop import NEAR, LiveFlight, apart, by_sections,
 from sinssim.simulation.path_errors import ending
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.flight.guidance import QUANTITIES as ALL
-from sinssim.truth.flight.guidance import AirData, SolutionErrors
+from sinssim.truth.flight.guidance import AirData, Guidance, SolutionErrors
 from sinssim.truth.flight.legs.landing import LandLeg
 from sinssim.truth.trajectory import Trajectory
 from tests.slow import slow
@@ -164,7 +164,7 @@ def test_the_loop_is_closed(drifted: sinssim.Run) -> None:
     scenario, path = drifted.scenario, drifted.truth.trajectory
     guided = drifted.truth.guided
     assert guided is not None
-    assert closing.to_go(guided.moved) < NEAR < guided.moved[0]
+    assert guided.left < NEAR < guided.moved[0]
     from sinssim.scenario.true_motion import true_motion
 
     assert apart(true_motion(scenario, errors=solution_errors(scenario, path)), path) < NEAR
@@ -277,7 +277,41 @@ def test_later_than_a_section_the_loop_is_closed_step_by_step(seconds: float, mo
 )
 def test_what_is_left_follows_from_the_gains(moved: list[float], left: float) -> None:
     """The slower of the last two gains; without two of them the last move."""
-    assert closing.to_go(moved) == pytest.approx(left)
+    assert closing._to_go(moved) == pytest.approx(left)
+
+
+def test_the_share_of_a_change_is_the_largest_of_its_quantities() -> None:
+    """Metres of latitude and height are compared with each other, degrees with degrees; the second change of the
+    attitude is a twentieth of the first, of the others a hundredth, and rows that only one flight has do not count."""
+
+    def errors(position_m: float, velocity: float, attitude: float, rate: float = 0.0, rows: int = 5) -> SolutionErrors:
+        values = np.zeros((rows, 12))
+        values[2] = [position_m / 6378137.0, 0.0, 1e-3 * position_m, 0, velocity, 0, attitude, 0, 0, 0, 0, rate]
+        values[5:] = 1e3
+        return SolutionErrors(Guidance(source="quaternion"), values)
+
+    first = errors(0.0, 0.0, 0.0)
+    assert closing._share([first, errors(100.0, 2.0, 0.1, rows=9), errors(101.0, 1.98, 0.105)]) == pytest.approx(0.05)
+    assert closing._share([first, errors(100.0, 2.0, 0.1), errors(100.0, 3.0, 0.1)]) == pytest.approx(0.5)
+    assert closing._share([first, errors(100.0, 2.0, 0.1), errors(100.0, 2.0, 0.1, 1e-9)]) == np.inf
+    assert closing._share([first, first, first]) == 0.0
+
+
+def test_a_pass_that_would_move_it_by_less_is_not_flown(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Passes move the path by 1 m and 5 cm; the errors change by 1 m, 5 cm, and 0.5 mm: a further pass is worth
+    0.5 mm."""
+    rows = iter([1.0, 1.05, 1.0505])
+    moves = iter([1.0, 0.05])
+
+    def errors(scenario: Scenario, path: Any) -> SolutionErrors:
+        return SolutionErrors(Guidance(source="quaternion"), np.full((3, 12), next(rows)) * ([0, 0, 1] + [0] * 9))
+
+    monkeypatch.setattr(closing, "true_motion", lambda *given, **keys: None)
+    monkeypatch.setattr(closing, "solution_errors", errors)
+    monkeypatch.setattr(closing, "apart", lambda one, other: next(moves))
+    _, guided = closed_loop(plan())
+    assert guided.moved == (1.0, 0.05)
+    assert guided.left == pytest.approx(0.05 * 0.0005 / 0.05, rel=1e-9)
 
 
 def test_what_does_not_settle_is_flown_in_sections(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -433,7 +467,7 @@ def test_a_whole_flight() -> None:
     assert len(guided.moved) == 1
     _, guided = closed_loop(load_scenario("first_flight", sources))
     assert len(guided.moved) <= 4
-    assert closing.to_go(guided.moved) < 1e-3
+    assert guided.left < 1e-3
     for before, after in zip(guided.moved[:-1], guided.moved[1:], strict=True):
         assert after < before / 50.0
 
@@ -624,6 +658,7 @@ def test_the_passes_of_a_loop(monkeypatch: pytest.MonkeyPatch) -> None:
     met: list[Any] = []
     monkeypatch.setattr(closing, "true_motion", flown)
     monkeypatch.setattr(closing, "solution_errors", lambda scenario, path: f"errors on {path}")
+    monkeypatch.setattr(closing, "_share", lambda errors: 1.0)
     monkeypatch.setattr(closing, "apart", lambda one, other: met.append((one, other)) or next(moves))
     path, guided = closed_loop(plan(), reported.append, print)
     assert flights == [("none", print), *((f"errors on path {k}", None) for k in range(3))]
@@ -648,6 +683,7 @@ def test_a_loop_has_at_most_twelve_passes(monkeypatch: pytest.MonkeyPatch) -> No
     """Each gains four: from 10 km twelve passes lead to less than 1 mm, from 100 km they do not."""
     monkeypatch.setattr(closing, "true_motion", lambda *given, **keys: None)
     monkeypatch.setattr(closing, "solution_errors", lambda scenario, path: None)
+    monkeypatch.setattr(closing, "_share", lambda errors: 0.25)
     monkeypatch.setattr(closing, "by_sections", lambda scenario, by_truth, report: (None, [2e-4]))
     for first, in_sections in ((1e4, False), (1e5, True)):
         moves = [first * 4.0**-k for k in range(20)]

@@ -14,6 +14,7 @@ from sinssim.data import Measurements
 from sinssim.errors import InputError
 from sinssim.estimation import Block, ErrorModel
 from sinssim.estimation.filter_result import Divergence, Innovations, Reasons
+from sinssim.filters import GRAVITY
 from sinssim.scenario import Scenario, filter_model, run_memory, unknown_gravity
 from sinssim.scenario.filter_model import Excitation, choice, hints, notes, weights
 from sinssim.scenario.recorded_sensors import recorded_sensors
@@ -123,27 +124,38 @@ def test_gyros_that_drift_by_more_than_the_earth_turns(factor: float, said: bool
 
 
 def test_unknown_gravity_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
-    """30 mGal are 30.6 µg; what changes by less than 0.01 mGal, and a ratio below 1, are not worth a word."""
-    of = UnknownGravity(30e-5, 2.5e-5, 40e-6 * 9.80665, 12e-6 * 9.80665, 7.3)
-    model = SimpleNamespace(degree=120)
-    scenario: Any = SimpleNamespace(gravity=SimpleNamespace(coefficients=lambda: model))
-    monkeypatch.setattr(unknown_gravity, "unknown_gravity", lambda of_scenario: of)
+    """30 mGal are 30.6 µg and make 0.018 m/s and 0.54 m in 60 s, 12 µg/√Hz 0.91 mm/s and 32 mm; over 222 s 38 times."""
+    noise = 12e-6 * 9.80665
+    of = UnknownGravity(np.array([10e-5, 20e-5, 20e-5]), 2.5e-5, 40e3, 222.0)
+    scenario: Any = SimpleNamespace(gravity=SimpleNamespace(coefficients=lambda: SimpleNamespace(degree=120)))
+
+    def found(density: float = noise, block: Block | None = None, **other: float) -> list[str]:
+        monkeypatch.setattr(unknown_gravity, "unknown_gravity", lambda of_scenario: of._replace(**other))
+        return list(gravity_notes(scenario, 40e-6 * 9.80665, density, block))
+
     start = (
-        "The filter does not know the true gravity ([gravity]), which differs from the known one by 30 mGal (rms along "
-        "the plan, 30.6 µg)"
+        "true gravity ([gravity]), which differs from the known one by 30 mGal (rms along the plan, 30.6 µg); 2.5 mGal "
+        "of it change along the way. The filter assumes a bias of 40 µg (1σ) and a noise of 12 µg/√Hz of the "
+        "accelerometers. In 60 s without aiding, the disturbance makes 0.018 m/s and 0.54 m, and the noise 0.00091 m/s "
+        "and 0.032 m. Over the run the disturbance is up to 38 times the noise: "
     )
     end = (
-        ". The filter assumes a bias of 40 µg (1σ) and a noise of 12 µg/√Hz of the accelerometers. Over the run the "
-        "disturbance is up to 7.3 times the noise: tilts and biases take it up and are wrong by it, beyond the 1σ of "
-        "their sum, and the filter is then not consistent. "
+        "tilts and biases take it up and are wrong by it, beyond the 1σ of their sum, and the filter is then not "
+        'consistent. Add "gravity disturbance" to filter.states or omit filter.states, set navigation.gravity_degree = '
+        "120, or use a larger filter.inertial_noise_factor."
     )
-    cure = "Set navigation.gravity_degree = 120, or use a larger filter.inertial_noise_factor."
-    assert list(gravity_notes(scenario)) == [f"{start}; 2.5 mGal of it change along the way{end}{cure}"]
-    monkeypatch.setattr(unknown_gravity, "unknown_gravity", lambda of_scenario: of._replace(changing=0.9e-7))
-    scenario = SimpleNamespace(gravity=SimpleNamespace(coefficients=lambda: None))
-    assert list(gravity_notes(scenario)) == [f"{start}{end}Use a larger filter.inertial_noise_factor."]
-    monkeypatch.setattr(unknown_gravity, "unknown_gravity", lambda of_scenario: of._replace(ratio=0.99))
-    assert list(gravity_notes(scenario)) == []
+    states = (
+        "the filter has states for it, with a 1σ of 2.1″ of each deflection and of 20 mGal down, and a correlation "
+        "distance of 40 km."
+    )
+    assert found() == [f"The filter does not know the {start}{end}"]
+    assert found(block=Block(GRAVITY, (10e-5, 10e-5, 20e-5), correlation_distance=40e3)) == [
+        f"The navigator does not know the {start}{states}"
+    ]
+    assert "change along the way" not in found(changing=0.9e-7)[0]
+    scenario.gravity.coefficients = lambda: None
+    assert "gravity_degree" not in found()[0]
+    assert found(density=39.0 * noise) == []
 
 
 def test_memory_of_a_plan() -> None:

@@ -26,10 +26,13 @@ from sinssim.analyses.error_budget.error_sources import Source
 from sinssim.analyses.error_budget.what_if import what_if
 from sinssim.charts import TIME, Axis, Bars, Chart, Charts, Line, Mark, Shares
 from sinssim.data import Array
+from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.exhibits import Column, Exhibits, Interactive, Item, Section, Sentence, Table, Verdict, four_digits
 from sinssim.formatting import capital, number_text
 from sinssim.recording.result import Json, Media, versions, write_shown
 from sinssim.recording.streams import Stream, Vector, write_table
+from sinssim.recording.track_map import NOTE, Spread, track_map
+from sinssim.scenario.plan_summary import named_places
 from sinssim.statistics import requirement_verdict
 from sinssim.statistics.requirements import CIRCLES, COMPONENTS, Judged, limits_of
 from sinssim.system.outputs import write_text
@@ -80,6 +83,7 @@ def exhibits_of(result: BudgetResult, answers: Sequence[Answer] = (), times: Seq
         *([Section("Requirements", [_requirement(answer) for answer in answers], on=("page", "recording"))]
           if answers else []),
         Section("Growth of the error", [_growth(result, answers), _alone(result), _over_time(result, times)]),
+        *_map(result),
         *_waypoints(result),
         *_rankings(result),
         Section("What if", [Interactive("what_if", lambda: what_if(result, answers, times))], on=("page",)),
@@ -92,6 +96,19 @@ def exhibits_of(result: BudgetResult, answers: Sequence[Answer] = (), times: Seq
         f"{name}: covariance budget", items, f"{name}: covariance budget of {what}", name=name, kind="budget",
         root="budget", span=(float(result.time[0]), float(end)), figure="growth", pictures=("growth", "ranking0"),
     )  # fmt: skip
+
+
+def _map(result: BudgetResult) -> Iterator[Section]:
+    """Yield the map of the true track with the ellipses of all runs."""
+    if result.track is None:
+        return
+    scenario, horizontal = result.scenario, slice(2)
+    spread = Spread(result.track.name, result.time, result.total[:, horizontal, horizontal],
+                    result.bias[:, horizontal], "of all runs")  # fmt: skip
+    outages = () if scenario.aiding is None else scenario.aiding.outages
+    chart = track_map([result.track], ELLIPSOIDS[scenario.truth.ellipsoid], outages=outages, spread=spread,
+                      places=named_places(scenario), note=NOTE.format("true"))  # fmt: skip
+    yield Section("Where the runs are", [chart], on=("page",))
 
 
 def _waypoints(result: BudgetResult) -> Iterator[Section]:

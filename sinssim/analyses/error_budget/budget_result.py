@@ -21,6 +21,7 @@ from sinssim.analyses.error_budget.error_sources import Source
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
 from sinssim.recording.result import Media, Result
+from sinssim.recording.track_map import Track
 from sinssim.statistics.circular_error import radius_about_mean, share_inside
 from sinssim.statistics.requirement_verdict import Exceeded, first_exceeded
 from sinssim.statistics.requirements import (
@@ -113,6 +114,7 @@ class BudgetResult(Result):
         times: times for which tables have further lines, s since the start.
         directory: directory of the budget; None if none was written.
         waypoints: how a flight by this navigator misses its waypoints.
+        track: the true track, for the map.
         media: what draws and writes it.
     """
 
@@ -129,6 +131,7 @@ class BudgetResult(Result):
     times: tuple[float, ...] = ()
     directory: Path | None = None
     waypoints: tuple[PredictedMiss, ...] = ()
+    track: Track | None = None
     media: Media[BudgetResult] = field(kw_only=True, repr=False, compare=False)
 
     def first(self) -> Added:

@@ -50,6 +50,7 @@ from sinssim.analyses.error_budget.source_shares import Marks, Shares, Snapshot
 from sinssim.data import Array, ImuData, NavSolution
 from sinssim.errors import InputError
 from sinssim.progress import Progress, shown
+from sinssim.recording.track_map import Track
 from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.planned_limits import check_times
 from sinssim.scenario.true_motion import block_of, fly
@@ -269,6 +270,7 @@ def _budget(
         lambda fraction: say("budget", fraction),
     )
     result = _aided(task) if kind == "filter" else _inertial(task, normal)
+    result = replace(result, track=Track.of("true", ideal.time - trajectory.start, state, "truth"))
     return result if truth is None else replace(result, waypoints=_waypoints(result, truth))
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table
 from sinssim.logs.imu_samples import TriadName
+from sinssim.recording.result import write_directory, write_json, write_shown
 from sinssim.sensors.imu.grades import GRADE_TABLE
 from sinssim.units import ARCSEC, DEG_H, G0, MPS_SQRT_H, UG, fixed
 
@@ -45,10 +47,22 @@ def exhibits_of(report: NoiseReport) -> Exhibits:
         )
         items.append(Table(_COLUMNS, [_row(channel, symbol) for symbol in channel.symbols], above))
         items += [Sentence(remark) for remark in channel.remarks()]
-    items += [deviations(report), streams(report)]
+    heading = f"{report.source}: noise at rest"
+    items += [Section("Allan deviation", [deviations(report)], on=("page", "recording")),
+              Section("The record", [streams(report)], on=("page", "recording"))]  # fmt: skip
     span = (float(report.samples.time[0]), float(report.samples.time[-1]))
-    return Exhibits(title, [Section("", items)], title, name="noise", root="noise", span=span,
-                    figure="allan_deviation", pictures=("allan_deviation",))  # fmt: skip
+    return Exhibits(title, [Sentence(f"{title}.", "lead", on=("page",)), Section("", items)], title, heading, "noise",
+                    root="noise", span=span, figure="allan_deviation", pictures=("allan_deviation",))  # fmt: skip
+
+
+def save_report(report: NoiseReport, exhibits: Exhibits, directory: Path, *, overwrite: bool) -> Path:
+    """Write what the noise of a log has to show, and its numbers, noise.json; return the directory."""
+
+    def write(folder: Path) -> None:
+        write_json(folder / "noise.json", report.to_json())
+        write_shown(exhibits, folder)
+
+    return write_directory(directory, write, overwrite=overwrite)
 
 
 def deviations(report: NoiseReport) -> Charts:
@@ -114,7 +128,7 @@ def streams(report: NoiseReport) -> Charts:
         values = (means - means.mean())[:, None]
         chart(f"quantity_{k}", f"{channel.name} {minus}", (channel.units.rate[0], 1.0), ends, values, [channel.name])
     rows = tuple((row,) for row in charts)
-    return Charts("streams", rows, (11.0, 2.5 * len(rows)), on=("recording",))
+    return Charts("streams", rows, (11.0, 2.5 * len(rows)))
 
 
 def _accumulated(report: NoiseReport, triad: TriadName, axes: list[int]) -> Array:

@@ -19,6 +19,7 @@ from sinssim.cli.options import (
     Settings,
     ToTime,
     Trial,
+    Written,
     command,
     out_option,
     overwrite_option,
@@ -26,7 +27,7 @@ from sinssim.cli.options import (
     record_option,
     with_grade,
 )
-from sinssim.cli.terminal import console, has_bars, print_json, print_result
+from sinssim.cli.terminal import console, has_bars, print_json, print_places, print_result
 from sinssim.progress import shown
 
 if TYPE_CHECKING:
@@ -72,6 +73,8 @@ def align(
     settings: Settings = None,
     plot: PlotExpected = None,
     record: RecordSession = None,
+    out: Written = None,
+    overwrite: Annotated[bool, overwrite_option("an existing alignment")] = False,
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
@@ -80,9 +83,12 @@ def align(
     A session lasts a few hundred seconds, during which the vehicle is stationary. A session in which the vehicle moved
     is refused. A swaying vehicle can be aligned with --disturbed. The angles are those of the sensor block.
 
+    -o writes a directory with the report (report.html, self-contained), the recording (recording.rrd), the numbers
+    (alignment.json) and the figure of the expected errors (alignment.svg).
+
     Examples:
 
-        sinssim align parked --to 300 --record parked.rrd
+        sinssim align parked --to 300 -o runs/parked-alignment
         sinssim align runs/parked/streams/imu_measured.parquet --grade laser-standard --to 600
         sinssim align log.csv --columns log.toml --grade tactical --plot expected.svg
         sinssim align log.npz --columns log.toml --disturbed --latitude 50
@@ -92,6 +98,7 @@ def align(
     report = align(
         source, columns=columns, grade=grade, start=start, end=end, method="disturbed" if disturbed else "quiet",
         latitude=None if latitude is None else math.radians(latitude), overrides=tuple(settings or ()),
+        directory=out, overwrite=overwrite,
     )  # fmt: skip
     if plot is not None:
         from sinssim.recording.figures import save
@@ -101,7 +108,8 @@ def align(
         from sinssim.recording.rerun.exhibit_recording import record as record_exhibits
 
         record_exhibits(report.exhibits, record)
-    print_result(report, as_json=as_json)
+    if print_result(report, as_json=as_json) and report.directory is not None:
+        print_places(report.directory)
 
 
 Log = Annotated[
@@ -147,6 +155,8 @@ def allan(
     correlation_time: CorrelationTime = None,
     plot: Plot = None,
     record: Record = None,
+    out: Written = None,
+    overwrite: Annotated[bool, overwrite_option("an existing analysis")] = False,
     imu: ImuTable = False,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -161,9 +171,12 @@ def allan(
     Any other column of a log is processed as the values of a quantity, such as pressure, temperature or the frequency
     of a clock.
 
+    -o writes a directory with the report (report.html, self-contained), the recording (recording.rrd) and the numbers
+    (noise.json).
+
     Examples:
 
-        sinssim allan runs/parked
+        sinssim allan runs/parked -o runs/parked-noise
         sinssim allan log.csv --columns log.toml --channel gyro --plot allan.svg
         sinssim allan weather.csv --columns weather.toml --channel pressure=hPa --channel air_c
         sinssim allan log.npz --columns log.toml --from 600 --to 36600 --record allan.rrd
@@ -175,6 +188,10 @@ def allan(
         from sinssim.recording.figures import check_format
 
         check_format(plot)
+    if out is not None:
+        from sinssim.system.outputs import check_directory
+
+        check_directory(out, overwrite)
     if imu and as_json:
         from sinssim.errors import InputError
 
@@ -184,10 +201,10 @@ def allan(
             log, columns=columns, channels=tuple(channel or ()), start=start, end=end,
             correlation_time=correlation_time, progress=progress,
         )  # fmt: skip
-    from sinssim.analyses.noise.noise_exhibits import block_text, exhibits_of
+    from sinssim.analyses.noise.noise_exhibits import block_text, exhibits_of, save_report
 
     shows = not (imu or as_json or quiet)
-    exhibits = exhibits_of(report) if shows or plot or record else None
+    exhibits = exhibits_of(report) if shows or plot or record or out else None
     if exhibits and plot is not None:
         from sinssim.recording.figures import figure_of, save
 
@@ -196,6 +213,8 @@ def allan(
         from sinssim.recording.rerun.exhibit_recording import record as record_exhibits
 
         record_exhibits(exhibits, record)
+    if exhibits and out is not None:
+        out = save_report(report, exhibits, out, overwrite=overwrite)
     if imu:
         print(block_text(report), end="")
     elif as_json:
@@ -204,6 +223,8 @@ def allan(
         from sinssim.recording.console import show
 
         show(exhibits, console(least_width=120))
+        if out is not None:
+            print_places(out)
 
 
 @command

@@ -121,12 +121,10 @@ def checked(plan: Scenario) -> tuple[Scenario, list[str]]:
     if plan.filter is not None:
         from sinssim.scenario import filter_model as filter_states
         from sinssim.scenario.run_memory import check_memory
-        from sinssim.scenario.unknown_gravity import gravity_notes
 
         resolved = filter_states.with_states(plan)
         check_memory(resolved)
-        notes = (*filter_states.notes(plan), *gravity_notes(plan))
-        about_filter = [*filter_states.choice(plan), *(f"note        {sentence}" for sentence in notes)]
+        about_filter = [*filter_states.choice(plan), *(f"note        {note}" for note in filter_states.notes(plan))]
     return resolved, [*plan_lines(resolved), *about_filter]
 
 

@@ -109,9 +109,9 @@ def names_of(kind: Listing) -> Mapping[str, str]:
 
             return {**GRADES, **_descriptions("grades")}
         case Listing.STATES:
-            from sinssim.scenario.filter_section import FILTER_STATES
+            from sinssim.scenario.filter_section import BLOCKS_OF_STATES
 
-            return FILTER_STATES
+            return BLOCKS_OF_STATES
         case Listing.AIDING:
             from sinssim.scenario.filter_section import describe_sensors
             from sinssim.system.registries import described

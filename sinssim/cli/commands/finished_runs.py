@@ -31,6 +31,10 @@ if TYPE_CHECKING:
     from sinssim.logs.solution_score import Judge, Score
 
 
+_LATEST = 9e9
+"""Time that a recording can have, s: it counts nanoseconds in 64 bits."""
+
+
 @command
 def view(
     run_or_recording: Annotated[Path, typer.Argument(metavar="DIR_OR_RRD", help="A run directory or a recording.")],
@@ -62,10 +66,8 @@ def view(
         sinssim view runs/first_flight --view sensors --screenshot sensors.png
         sinssim view runs/first_flight --time 1234
     """
-    if time_s is not None and (web or not math.isfinite(time_s)):
-        raise typer.BadParameter(
-            "--time needs a finite number of seconds, and the window or a picture instead of --web"
-        )
+    if time_s is not None and not abs(time_s) < _LATEST:
+        raise typer.BadParameter(f"--time {time_s:g} is no time of a run; give seconds, less than {_LATEST:g}")
     if web and screenshot is not None:
         raise typer.BadParameter("--web and --screenshot exclude each other; give one of them")
     from sinssim.recording.rerun import viewer
@@ -73,7 +75,7 @@ def view(
     if screenshot is not None:
         viewer.screenshot(run_or_recording, screenshot, view=name, time_s=time_s)
     elif web:
-        viewer.serve(run_or_recording, view=name)
+        viewer.serve(run_or_recording, view=name, time_s=time_s)
     else:
         viewer.open_viewer(run_or_recording, view=name, time_s=time_s)
 

@@ -15,13 +15,15 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from sinssim.errors import InputError, check_name
 from sinssim.progress import VARIABLE
 
-KINDS = ("check", "run", "ensemble", "budget", "view", "compare-runs")
+OF_TEXTS = ("check", "run", "ensemble", "budget", "compare", "align", "calibrate")
+"""The commands of a scenario or a study."""
+KINDS = (*OF_TEXTS, "view", "compare-runs")
 """The commands that the page starts."""
 _MOST = 4
 """Commands that run at a time."""
@@ -36,8 +38,9 @@ def arguments_of(wanted: Mapping[str, Any]) -> list[str]:
     """Return the command line, without the program, that the page asks for.
 
     Args:
-        wanted: `command`, one of `KINDS`; `paths`, the scenario or the finished runs, checked before; for a scenario
-            `settings`, `require`, `runs`, `out` (a name in the folder `runs`), `overwrite` and `allow_programs`.
+        wanted: `command`, one of `KINDS`; `paths`, the scenario, the study or the finished runs, checked before; for
+            those of `OF_TEXTS` `settings`, `require`, `runs`, `out` (a name in the folder `runs`), `overwrite` and
+            `allow_programs`.
 
     Raises:
         InputError: something is missing, or is not of its kind.
@@ -56,17 +59,22 @@ def arguments_of(wanted: Mapping[str, Any]) -> list[str]:
     if command == "compare-runs":
         return [command, *paths, *(["--overwrite"] if wanted.get("overwrite") is True else [])]
     options = [f"--set={setting}" for setting in _texts(wanted, "settings")]
-    options += [f"--require={requirement}" for requirement in _texts(wanted, "require")]
+    at_rest = command in ("align", "calibrate")
+    options += [f"--require={requirement}" for requirement in ([] if at_rest else _texts(wanted, "require"))]
     runs = wanted.get("runs")
     if command == "ensemble" and runs is not None:
         if not isinstance(runs, int) or isinstance(runs, bool) or runs < 1:
             raise InputError(f"the number of runs is {runs!r}; give a whole number from 1.")
         options.append(f"--runs={runs}")
-    if out := wanted.get("out"):
+    out = wanted.get("out")
+    if command == "align" and not out:  # which writes nothing by itself
+        options.append(f"--out=runs/{PurePosixPath(paths[0]).stem}-alignment")
+    if out:
         if not isinstance(out, str) or not _FOLDER.fullmatch(out):
             raise InputError(f"the folder {str(out)!r} must be a name of letters, digits, '.', '-' and '_'.")
         options.append(f"--out=runs/{out}")
-    options += [f"--{name.replace('_', '-')}" for name in ("overwrite", "allow_programs") if wanted.get(name) is True]
+    switches = ("overwrite",) if at_rest else ("overwrite", "allow_programs")
+    options += [f"--{name.replace('_', '-')}" for name in switches if wanted.get(name) is True]
     return [command, paths[0], *options]
 
 

@@ -31,7 +31,7 @@ _SYMBOLS = {
 
 
 def checked_text(text: str, file: Path) -> dict[str, Any]:
-    """Return what `sinssim check` finds in the text of a scenario.
+    """Return what `sinssim check` finds in the text of a scenario, or `sinssim compare` at first in that of a study.
 
     Code that the scenario brings (`use`), and recorded files, are left to the command itself.
 
@@ -59,8 +59,10 @@ def _checked(text: str, file: Path) -> dict[str, Any]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", SinssimWarning)
         try:
-            if left := _left(parse_toml(text, file.name)):
+            if left := _left(data := parse_toml(text, file.name)):
                 return {"mistakes": [], "plan": [], "left": left}
+            if _is_study(data):
+                return {"mistakes": [], "plan": _of_study(text, file), "left": ""}
             from sinssim.cli.commands.check import checked
 
             plan = _scenario(text, file)
@@ -81,7 +83,7 @@ def plan_html(text: str, file: Path, width: float) -> str:
 
     with _checking:
         try:
-            if _left(parse_toml(text, file.name)):
+            if _left(data := parse_toml(text, file.name)) or _is_study(data):
                 return ""
             plan = plan_charts(_scenario(text, file))
             rows, heights = tuple((chart,) for chart in plan), (0.8 * width, 200.0, 180.0)  # below each other
@@ -93,6 +95,25 @@ def plan_html(text: str, file: Path, width: float) -> str:
 
 def _scenario(text: str, file: Path) -> Scenario:
     return scenario_of_text(text, file.parent, source=file.name, name=file.stem)
+
+
+def _is_study(data: dict[str, Any]) -> bool:
+    return "parts" in data or "axes" in data
+
+
+def _of_study(text: str, file: Path) -> list[str]:
+    """Return what a study computes; the scenarios that it names are read when it starts."""
+    from sinssim.experiments.studies.trade_schema import TradeStudy
+    from sinssim.experiments.study import study_of_text
+
+    study = study_of_text(text, file)
+    if isinstance(study, TradeStudy):
+        axes = " × ".join(f"{axis.title} ({len(axis.values)})" for axis in study.axes)
+        kind = f"{'an' if study.cell == 'ensemble' else 'a'} {study.cell}"
+        what = [f"scenario    {study.scenario}", f"cells       {study.size}, each {kind}: {axes}"]
+    else:
+        what = [f"part        {part.title}: {part.cases} navigations of each motion" for part in study.parts]
+    return [f"study       {study.name}", *what]
 
 
 def _left(data: dict[str, Any]) -> str:

@@ -2,7 +2,8 @@
 "use strict";
 document.addEventListener("DOMContentLoaded", () => {
   const $ = id => document.getElementById(id);
-  const opened = {path: null, shipped: false, text: "", digest: ""};
+  const opened = {path: null, shipped: false, study: false, text: "", digest: ""};
+  const ENDINGS = {run: "", ensemble: "-ensemble", budget: "-budget", align: "-alignment", calibrate: "-calibration", compare: ""};
   const lists = {scenarios: [], runs: []};
   let running = new Map(), checking = false, planned = 0;
 
@@ -56,14 +57,16 @@ document.addEventListener("DOMContentLoaded", () => {
     }
   }
 
-  async function choose({path, shipped}) {
+  async function choose({path, shipped, study = path.endsWith("/study.toml")}) {
     if (dirty() && !confirm(`${opened.path} has changes that are not saved. Leave them?`)) return;
     const found = await ask(`scenario?path=${encodeURIComponent(path)}`);
     trouble("");
-    Object.assign(opened, {path, shipped, ...found});
+    Object.assign(opened, {path, shipped, study, ...found});
+    for (const option of $("command").options) option.hidden = option.disabled = (option.value === "compare") !== study;
+    if ($("command").selectedOptions[0]?.disabled ?? true) $("command").value = study ? "compare" : "run";
     sheet.text = found.text;
     $("name").textContent = shipped ? `${path} (shipped)` : path;
-    $("path").value = shipped ? `${path}.toml` : /^runs\/.*\/scenario\.toml$/.test(path) ? `${path.split("/").at(-2)}.toml` : path;
+    $("path").value = shipped ? `${path}.toml` : /^runs\/.*\/(scenario|study)\.toml$/.test(path) ? `${path.split("/").at(-2)}.toml` : path;
     history.replaceState(null, "", `#${encodeURIComponent(path)}`); // what a reload opens again
     $("sheet").hidden = false;
     $("out").value = "";
@@ -149,9 +152,10 @@ document.addEventListener("DOMContentLoaded", () => {
 
   function wanted() {
     const command = $("command").value, runs = Number($("runs").value), out = $("out").value.trim();
-    return {command, paths: [dirty() ? $("path").value.trim() : opened.path], settings: lines("settings"), require: lines("require"),
+    const paths = [dirty() ? $("path").value.trim() : opened.path], atRest = command === "align" || command === "calibrate";
+    return {command, paths, settings: lines("settings"), require: atRest ? [] : lines("require"),
             ...(command === "ensemble" && runs ? {runs} : {}), ...(out ? {out} : {}),
-            overwrite: $("overwrite").checked, allow_programs: $("allow_programs").checked};
+            overwrite: $("overwrite").checked, allow_programs: !atRest && $("allow_programs").checked};
   }
 
   const quoted = word => /^[\w@%+=:,./-]+$/.test(word) ? word : `'${word.replaceAll("'", `'"'"'`)}'`;
@@ -159,12 +163,13 @@ document.addEventListener("DOMContentLoaded", () => {
   function showLine() {
     const {command, paths, settings, require, runs, out, overwrite, allow_programs} = wanted();
     const words = [command, ...paths, ...settings.map(one => `--set=${one}`), ...require.map(one => `--require=${one}`),
-                   ...(runs ? [`--runs=${runs}`] : []), ...(out ? [`--out=runs/${out}`] : []),
+                   ...(runs ? [`--runs=${runs}`] : []), ...(out ? [`--out=runs/${out}`] : command === "align" ? [`--out=runs/${paths[0]?.split("/").at(-1).replace(/\.toml$/, "")}-alignment`] : []),
                    ...(overwrite ? ["--overwrite"] : []), ...(allow_programs ? ["--allow-programs"] : [])];
     $("line").textContent = opened.path === null ? "" : ["sinssim", ...words.map(quoted)].join(" ");
     $("of-runs").hidden = command !== "ensemble";
+    for (const id of ["require", "allow_programs"]) $(id).parentNode.hidden = command === "align" || command === "calibrate";
     $("start").textContent = dirty() ? "Save and start" : "Start";
-    $("out").placeholder = `the scenario's name${command === "run" ? "" : `-${command}`}`;
+    $("out").placeholder = `the ${opened.study ? "study" : "scenario"}'s name${ENDINGS[command]}`;
   }
 
   async function start(asked) {
@@ -251,8 +256,9 @@ document.addEventListener("DOMContentLoaded", () => {
       if (run.report) last.append(element("a", "report", {href: `files/${address}/report.html`, target: "_blank", rel: "noopener", "aria-label": `Report of ${run.path}`}), " ");
       if (run.view) last.append(element("button", "view", {type: "button", "aria-label": `View of ${run.path}`,
                                                             click: attempt(() => start({command: "view", paths: [run.path]}))}), " ");
-      if (run.text) last.append(element("button", "scenario", {type: "button", "aria-label": `Scenario of ${run.path}`,
-                                                               click: attempt(() => choose({path: `${run.path}/scenario.toml`, shipped: false}))}));
+      const text = run.text.replace(".toml", "");
+      if (text) last.append(element("button", text, {type: "button", "aria-label": `${text} of ${run.path}`,
+                                                     click: attempt(() => choose({path: `${run.path}/${run.text}`, shipped: false}))}));
       const texts = [run.path, run.status && run.status !== "finished" ? `${run.kind}, ${run.status}` : run.kind, run.problem || run.scenario];
       row.append(first, ...texts.map(text => element("td", text, {class: "name"})), element("td", metres(run.error_m)),
                  element("td", run.solution, {class: "name"}), element("td", size(run.bytes)), element("td", run.date), last);

@@ -19,9 +19,9 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
-from sinssim.cli.workbench.child_commands import Children, arguments_of
+from sinssim.cli.workbench.child_commands import OF_TEXTS, Children, arguments_of
 from sinssim.content import list_content
 from sinssim.errors import InputError, SinssimError, shortened
 from sinssim.recording.rerun.viewer import asks_this_machine
@@ -43,6 +43,10 @@ _SCENARIO = re.compile(
     r"^\s*(?:\[\s*)?(?:flight|parked|great_circle|motion|track|drive|voyage|turntable|log|one_component)\s*[].=]", re.M
 )
 """What the text of a scenario has: the table of its source."""
+_STUDY = re.compile(r"^\s*\[\[\s*(?:parts|axes)\s*\]\]", re.M)
+"""What the text of a study has."""
+_CONTENT: tuple[Literal["scenarios"], Literal["studies"]] = "scenarios", "studies"
+_TEXTS = "scenario.toml", "study.toml"  # of a finished result
 _SHOWN = {
     ".html": "text/html", ".svg": "image/svg+xml", ".png": "image/png", ".json": "text/plain", ".toml": "text/plain",
     ".md": "text/plain", ".csv": "text/plain",
@@ -76,10 +80,12 @@ class Workbench:
         self._saving = threading.Lock()
 
     def scenarios(self, _: dict[str, Any]) -> dict[str, Any]:
-        """Return the scenarios of the folder and the shipped ones."""
-        shipped = [name for name, file in list_content("scenarios").items() if self.folder not in file.parents]
-        listed = [(path, False) for path in self._scenarios()] + [(name, True) for name in shipped]
-        scenarios = [{"path": path, "shipped": is_shipped} for path, is_shipped in listed]
+        """Return the scenarios and studies of the folder and the shipped ones."""
+        listed = [(path, False, study) for path, study in self._scenarios()]
+        for kind in _CONTENT:
+            files = list_content(kind).items()
+            listed += [(name, True, kind == "studies") for name, file in files if self.folder not in file.parents]
+        scenarios = [{"path": path, "shipped": shipped, "study": study} for path, shipped, study in listed]
         return {"folder": str(self.folder), "scenarios": scenarios}
 
     def runs(self, _: dict[str, Any]) -> dict[str, Any]:
@@ -93,13 +99,14 @@ class Workbench:
                  "scenario": entry.scenario, "solution": entry.solution, "error_m": entry.rms_horizontal_error_m,
                  "bytes": entry.size_bytes, "date": f"{entry.date:%Y-%m-%d %H:%M}", "problem": entry.problem,
                  "report": (entry.path / "report.html").is_file(), "view": (entry.path / "recording.rrd").is_file(),
-                 "text": (entry.path / "scenario.toml").is_file()}
+                 "text": next((name for name in _TEXTS if (entry.path / name).is_file()), "")}
                 for entry in (runs_in(place) if place.is_dir() and not place.is_symlink() else ())
             ]
         }  # fmt: skip
 
-    def _scenarios(self) -> Iterator[str]:
-        """Yield the scenarios of the folder, by their paths in it, without those of finished runs."""
+    def _scenarios(self) -> Iterator[tuple[str, bool]]:
+        """Yield the paths of scenarios and studies in the folder, without those of finished runs, and which are
+        studies."""
         levels = [[self.folder]]
         for _ in range(_DEPTH + 1):
             levels.append([])
@@ -112,8 +119,8 @@ class Workbench:
                         if entry.is_dir():
                             if not (path / MARK).is_file():
                                 levels[-1].append(path)
-                        elif path.suffix == ".toml" and _is_scenario(path):
-                            yield path.relative_to(self.folder).as_posix()
+                        elif path.suffix == ".toml" and (kind := _kind_of(path)):
+                            yield path.relative_to(self.folder).as_posix(), kind is _STUDY
 
     def scenario(self, asked: dict[str, Any]) -> dict[str, Any]:
         """Return the text of a scenario, and the digest by which `save` knows it again."""
@@ -164,7 +171,7 @@ class Workbench:
         """Start a command."""
         command = arguments_of(asked)
         for path in asked["paths"]:
-            if command[0] in ("check", "run", "ensemble", "budget"):
+            if command[0] in OF_TEXTS:
                 self._file({"path": path})
             elif not self._inside(path).is_dir():
                 raise InputError(f"there is no result {shortened(path)}.")
@@ -197,9 +204,9 @@ class Workbench:
         """Return the file of a scenario: a path in the folder, or the name of a shipped one."""
         path = asked.get("path")
         if isinstance(path, str) and not path.endswith(".toml"):
-            file = list_content("scenarios").get(path)
+            file = next((files[path] for kind in _CONTENT if path in (files := list_content(kind))), None)
             if file is None or self.folder in file.parents:
-                raise InputError(f"there is no shipped scenario {shortened(path)!r}.")
+                raise InputError(f"there is no shipped scenario or study {shortened(path)!r}.")
             return file
         return self._inside(path)
 
@@ -216,11 +223,13 @@ class Workbench:
         return place
 
 
-def _is_scenario(file: Path) -> bool:
+def _kind_of(file: Path) -> re.Pattern[str] | None:
+    """Return what the text of a file has: `_STUDY`, `_SCENARIO` or neither."""
     try:
-        return file.stat().st_size <= _MOST_CHARACTERS and bool(_SCENARIO.search(read_text(file, errors="replace")))
+        text = read_text(file, errors="replace") if file.stat().st_size <= _MOST_CHARACTERS else ""
+        return next((kind for kind in (_STUDY, _SCENARIO) if kind.search(text)), None)
     except (OSError, SinssimError):
-        return False
+        return None
 
 
 def _text(asked: dict[str, Any]) -> str:

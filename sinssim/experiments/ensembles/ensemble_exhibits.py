@@ -33,6 +33,7 @@ from sinssim.experiments.ensembles.ensemble_statistics import (
     summary_of,
 )
 from sinssim.experiments.ensembles.ensemble_verdicts import looks_text, requirement_lines, verdict_text
+from sinssim.filters import GRAVITY
 from sinssim.formatting import capital, number_text, percent, signed, with_band
 from sinssim.recording.result import plain, software, versions, write_json, write_shown
 from sinssim.recording.style import RowNumbers, thinned
@@ -69,6 +70,9 @@ _OF_SQUARES = (
     "Mean over the runs per degree of freedom, with the 95 % band of χ² for this number of runs; a filter with a "
     "correct covariance has 1, and an overconfident filter has more. Neighbouring epochs are correlated: biases are "
     "constant in a run, so the mean of a correct filter can be outside the band for some time."
+)
+_OF_GRAVITY = (
+    " Gravity that the navigator does not know is the same in all runs: its states count as those of a single run."
 )
 _SEEDS = (
     "Run i has the seed S_i, the first 53 bits of SHA-256 over the ensemble’s seed and i. Its errors are those of "
@@ -361,7 +365,7 @@ def _consistency(result: EnsembleResult, numbers: EnsembleNumbers) -> Section:
     """Return mean normalised squares over the runs with their χ² bands, and the verdict on the filter."""
     sentences = consistency_sentences(numbers.consistency, len(result))
     items: list[Item] = [Sentence(text, "strong") for text in sentences]
-    items.append(Sentence(_OF_SQUARES))
+    items.append(Sentence(_OF_SQUARES + (_OF_GRAVITY if GRAVITY in result.nees else "")))
     heads = ("mean over all epochs", "at the last epoch", "95 % band there", "epochs within the band")
     for key, courses, squares, title, what in (
         ("nees", result.nees, numbers.nees, "NEES / n", "ANEES by block of states"),

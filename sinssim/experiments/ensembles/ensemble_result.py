@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, EVERYTHING, VECTORS, Errors
-from sinssim.experiments.ensembles.ensemble_plan import Member, member
+from sinssim.experiments.ensembles.ensemble_plan import ALL, Member, member
+from sinssim.filters import GRAVITY
 from sinssim.recording.result import Media, Result
 from sinssim.statistics.chi_square import Band, mean_square_band
 from sinssim.statistics.circular_error import mean_rate
@@ -35,7 +36,7 @@ class MeanSquare:
         name: block of the filter's states, or aiding sensor.
         value: mean per degree of freedom, (K,); 1 is expected; NaN at an epoch without one.
         band: its χ² band for the number of runs, at each epoch.
-        freedom: degrees of freedom in all, (K,).
+        freedom: degrees of freedom in all, (K,); fewer by what all runs have in common.
     """
 
     name: str
@@ -254,7 +255,13 @@ class EnsembleResult(Result):
     @cached_property
     def nees(self) -> dict[str, MeanSquare]:
         """ANEES by block of the filter's states: NEES averaged over the runs; empty without a filter."""
-        return _mean_squares(self.errors, "nees")
+        squares = _mean_squares(self.errors, "nees")
+        scenario, places = self.plan.scenario, ("latitude_deg", "longitude_deg")
+        field = scenario.gravity is not None and scenario.gravity.model != "normal"
+        if GRAVITY in squares and field and not any(key.endswith(places) for key in self.plan.keys):
+            for name in (GRAVITY, ALL):
+                squares[name] = _with_common(squares[name], self.errors.column(f"nees_freedom {name}"), _OF_GRAVITY)
+        return squares
 
     @cached_property
     def nis(self) -> dict[str, MeanSquare]:
@@ -321,6 +328,27 @@ class EnsembleResult(Result):
         from sinssim.experiments.ensembles.ensemble_errors import write_tables
 
         return write_tables(self.errors, self.time, self.mean_rates, self.end_rates, Path(folder))
+
+
+_OF_GRAVITY = 3
+"""States of the gravity that the navigator does not know: the field is the same in all runs over one path."""
+
+
+def _with_common(square: MeanSquare, freedom: Array, common: int) -> MeanSquare:
+    """Return a mean square some of whose states have the same errors in all runs.
+
+    With n states, m of them common, and N runs, the sum of all squares has the mean nN and the variance
+    2(n − m)N + 2mN², those of χ² with f = (nN)²/((n − m)N + mN²) degrees of freedom times a factor (Satterthwaite).
+
+    Args:
+        freedom: degrees of freedom of each run, (N, K).
+        common: m.
+    """
+    runs = np.count_nonzero(freedom > 0.0, axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        fewer = square.freedom**2 / (square.freedom + common * runs * (runs - 1.0))
+    fewer = np.where(square.freedom > 0.0, fewer, 0.0)
+    return MeanSquare(square.name, square.value, mean_square_band(fewer), fewer)
 
 
 def _mean_squares(errors: Errors, kind: str) -> dict[str, MeanSquare]:

@@ -358,7 +358,6 @@ def consistency(result: EnsembleResult) -> Consistency | None:
     """
     from sinssim.estimation.consistency import FALSE_ALARM
     from sinssim.scenario.filter_model import hints
-    from sinssim.scenario.unknown_gravity import gravity_notes
 
     tests: list[tuple[Literal["ANEES", "NIS"], str, float | None, float, float]] = []
     for name, square in result.nees.items():
@@ -385,7 +384,7 @@ def consistency(result: EnsembleResult) -> Consistency | None:
     scenario = result.plan.scenario
     return Consistency(
         "consistent" if sound else "not consistent", int((~result.failed).sum()), diverged, worst,
-        [] if sound else [*gravity_notes(scenario), *hints(scenario)],
+        [] if sound else list(hints(scenario)),
     )  # fmt: skip
 
 

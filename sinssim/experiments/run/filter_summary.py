@@ -98,7 +98,6 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> FilterNumbers:
     A state is observable if the motion shows it and the filter has at least halved its σ; hints explain findings.
     """
     from sinssim.estimation.consistency import consistency
-    from sinssim.scenario.unknown_gravity import gravity_notes
 
     estimate = aided.estimate
     judged, truly = consistency(estimate), _actual(aided)
@@ -127,7 +126,7 @@ def filter_numbers(aided: Aided, scenario: Scenario) -> FilterNumbers:
         "remarks": [*estimate.remarks, *times_not_reached(scenario, aided.end)],
         "consistent": not findings,
         "findings": findings,
-        "hints": [*gravity_notes(scenario), *hints(scenario)] if findings and known else [],
+        "hints": list(hints(scenario)) if findings and known else [],
         "aided": numbers_of(aided.error_blocks) if len(estimate.time) else None,
         "sensors": sensors,
         "faults": list(_faults(aided, scenario)),

@@ -29,6 +29,9 @@ _KINDS = {
     "budget.json": "error budget",
     "results.json": "study",
     "comparison.json": "comparison of runs",
+    "calibration.json": "calibration",
+    "alignment.json": "alignment",
+    "noise.json": "noise analysis",
 }
 """Files that tell what a directory holds beside runs."""
 
@@ -293,7 +296,7 @@ class Entry:
 
     Attributes:
         path: the directory.
-        kind: "run", "ensemble", "study", "trade study", "error budget" or "other".
+        kind: "run", what else a directory holds, or "other".
         scenario: name of its scenario, "" if it is not known.
         status: "finished", "failed" or "interrupted", "" if it is not a run.
         solution: solution of the headline figure, "" without one.

@@ -13,8 +13,8 @@ from sinssim.charts import PAIR, Axis, Chart, Charts, Line, Rule, over
 from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.exhibits import Column, Item, Section, Table
-from sinssim.experiments.run.track_map import NOTE, Spread, Track, degrees, track_map
 from sinssim.recording import style
+from sinssim.recording.track_map import NOTE, Spread, Track, degrees, track_map
 from sinssim.scenario.plan_summary import field_words, given, leg_words, named_places, route_words, values_of
 from sinssim.units import DEG, duration_words, fixed
 
@@ -65,14 +65,17 @@ def motion_map(
     solutions: Sequence[Track],
     places: Sequence[tuple[str, float, float]] = (),
     spread: Spread | None = None,
+    planned: Sequence[tuple[Array, Array]] = (),
 ) -> Charts:
-    """Return the map with the true track, those of the solutions with the `spread` of one of them, and places with a
-    name, latitude and longitude."""
+    """Return the map with the true track, those of the solutions with the `spread` of one of them, the parts of the
+    `planned` path, and places with a name, latitude and longitude."""
     motion = replace(motion, color=style.tint(style.COLORS["truth"]) if solutions else "truth")
     outages = () if scenario.aiding is None else scenario.aiding.outages
     note = NOTE.format("true")
     places = [*named_places(scenario), *places]
-    return track_map([motion, *solutions], ellipsoid, outages=outages, places=places, spread=spread, note=note)
+    return track_map(
+        [motion, *solutions], ellipsoid, outages=outages, places=places, spread=spread, planned=planned, note=note
+    )
 
 
 def motion_facts(scenario: Scenario, truth: Truth) -> Table:

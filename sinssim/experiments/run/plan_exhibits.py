@@ -11,7 +11,7 @@ from sinssim.charts import Axis, Chart, Charts, Line, Mark, Remark, over
 from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.errors import InputError
 from sinssim.experiments.run.motion_exhibits import mark_of_many
-from sinssim.experiments.run.track_map import Track, track_map
+from sinssim.recording.track_map import Track, track_map
 from sinssim.scenario.plan_summary import named_places
 from sinssim.truth.flight.flight_plan import PlannedPath, planned_path
 from sinssim.units import DEG, fixed

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from sinssim import rotation, units
 from sinssim.data import Array, NavSolution, NavState, blocks
-from sinssim.experiments.run.track_map import coasts_about
 from sinssim.recording import style
 from sinssim.recording.rerun.scene import Scene
 from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import RowNumbers, thinned
+from sinssim.recording.track_map import coasts_about
 from sinssim.truth.motions.walk import WalkMotion
 from sinssim.truth.sampling import FlightEvent
 

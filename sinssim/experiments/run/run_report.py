@@ -27,10 +27,10 @@ from sinssim.experiments.run.motion_exhibits import motion_exhibits, motion_fact
 from sinssim.experiments.run.navigation_scheme import axes_exhibits, scheme, scheme_words
 from sinssim.experiments.run.parts.recorded_sensors import after_filter, recorded_errors
 from sinssim.experiments.run.sensor_exhibits import SensorComparison, sensor_comparisons, sensor_errors
-from sinssim.experiments.run.track_map import Track
 from sinssim.formatting import number_text
 from sinssim.recording.result import flagged_words, processor
 from sinssim.recording.style import as_seen
+from sinssim.recording.track_map import Track
 from sinssim.scenario.notes import (
     coarse_rates,
     defaults_taken,
@@ -42,6 +42,7 @@ from sinssim.scenario.notes import (
 from sinssim.scenario.plan_summary import sensor_words
 from sinssim.sensors.imu.grades import grade_name
 from sinssim.sensors.sets.sensor_readings import draw_true_errors
+from sinssim.simulation.path_errors import pieces_of
 from sinssim.simulation.truth_and_sensors import RecordedMotion, Truth
 from sinssim.units import LENGTH_SCALE, duration_words, fixed, suiting
 
@@ -144,7 +145,9 @@ def _simulated(run: Reached | Run, summary: RunSummary, first: FirstSections) ->
         path = truth.trajectory
         places = places_of(moments(scenario, times, (path.start, path.end)), path)
         spread = None if run.aided is None else spread_of(run.aided)
-        chart = motion_map(scenario, truth.ellipsoid, first.track, tracks, places.named, spread)
+        pieces = [] if scenario.flight is None else pieces_of(scenario, truth)
+        planned = [(piece.track.latitude, piece.track.longitude) for piece in pieces]
+        chart = motion_map(scenario, truth.ellipsoid, first.track, tracks, places.named, spread, planned)
         yield Section(title, [Beside([chart, first.facts]), *first.motion], on=_PAGE)
     yield Section("Sensor errors of this run", first.sensors, on=_PAGE)
     yield from first.parts

@@ -2,18 +2,11 @@
 // histogram then; a click on a dot shows the run's curve, seed and command, and a rectangle the statistics of its runs.
 "use strict";
 (() => {
+  const {add} = live;
   const SIDE = 440, EDGE = 46, BARS = 24;
 
   const four = v => String(Number(v.toPrecision(4))).replace("-", "\u2212");
   const length = m => Math.abs(m) >= 1000 ? `${four(m / 1000)} km` : Math.abs(m) < 1 ? `${four(100 * m)} cm` : `${four(m)} m`;
-
-  function add(parent, name, text = "", more = {}) {
-    const part = name === "svg" || parent.namespaceURI?.endsWith("svg")
-      ? document.createElementNS(document.querySelector("svg").namespaceURI, name) : document.createElement(name);
-    part.textContent = text;
-    for (const [key, value] of Object.entries(more)) part.setAttribute(key, value);
-    return parent.appendChild(part);
-  }
 
   async function begin(place) {
     const given = JSON.parse(place.dataset.live), [time, ...rest] = await live.unpack(given), count = given.runs.length;

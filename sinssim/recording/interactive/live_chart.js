@@ -118,7 +118,7 @@ const live = (() => {
       stroke: curve.band ? (curve.band.share ? () => css(curve.color) : "transparent") : () => css(curve.color),
       dash: curve.dash && curve.dash.length ? curve.dash : undefined,
       paths: curve.dots && !curve.width ? () => null : curve.turns ? piecewise : undefined,
-      class: curve.lower || !curve.name && all.length > 1 ? "hidden" : undefined,
+      class: curve.lower || !curve.name && all.length > 1 ? "hidden" : curve.band && !curve.band.share ? "band" : undefined,
       of: curve, named: (curve.name || chart.title || chart.y.label || "value") + (curve.band ? curve.lower ? ": low" : ": high" : ""),
       points: {show: Boolean(curve.dots), size: curve.dots || 0, fill: () => css(curve.color)},
       value: (u, v, number) => {
@@ -376,7 +376,8 @@ const live = (() => {
       scales: {x: {time: false, distr: chart.x.log ? 3 : 1, range: () => ends(chart)},
                y: {distr: chart.y.log ? 3 : 1, range: vertical}},
       axes: [axis(chart, 2), axis(chart, 3)],
-      legend: {markers: {dash: (u, k) => u.series[k].dash ? "dashed" : "solid"}},
+      legend: {markers: {dash: (u, k) => u.series[k].dash ? "dashed" : "solid",
+                         fill: (u, k) => u.series[k].class === "band" ? faded(css(u.series[k].of.color)) : null}},
       series: [{label: chart.x.label || "at", value: u => reading(cursor(u), chart.x.unit)}, ...options],
       cursor: {
         drag: {x: true, y: false, setScale: false}, y: false, points: {show: false},
@@ -451,8 +452,9 @@ const live = (() => {
     });
   }
   document.addEventListener("DOMContentLoaded", begin);
-  function add(parent, name, text = "", more = {}) {
-    const part = parent.appendChild(document.createElement(name));
+  function add(parent, name, text = "", more = {}) { // also to a drawing
+    const {namespaceURI} = name === "svg" ? document.querySelector("svg") : parent;
+    const part = parent.appendChild(document.createElementNS(namespaceURI, name));
     part.textContent = text;
     for (const [key, value] of Object.entries(more)) part.setAttribute(key, value);
     return part;

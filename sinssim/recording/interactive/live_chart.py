@@ -20,26 +20,27 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.charts import Band, Chart, Dash, Dots, Ellipses, Limit, Line, Mark, Remark, Rule, ScaleBar, Shares
+from sinssim.charts import Band, Chart, Dash, Dots, Ellipses, Limit, Line, Mark, Remark, Rule, ScaleBar, Shares, Sites
 from sinssim.data import Array
 from sinssim.exhibits import Interactive
 from sinssim.recording import style
 from sinssim.recording.svg import DASHES, MOST_DOTS, WIDTHS, pieces
-from sinssim.units import TIME_SCALE
+from sinssim.units import TIME_SCALE, fixed
 
 _TIES = {style.INK: "--ink", style.SOFT: "--soft", style.FAINT: "--line", style.GRID: "--hair"}
 """Colours that are others on a dark page, and their names in its style."""
 
+_SECONDS = fixed("s")
 _MOST = float(np.finfo(np.float32).max)
 
 Ends = tuple[float, float]
 
 
 def can_live(chart: Chart) -> bool:
-    """Return whether a chart consists of curves over time."""
+    """Return whether a chart consists of curves over time or over a duration."""
     lines = [mark for mark in chart.marks if isinstance(mark, Line | Dots | Band | Shares)]
     return (
-        chart.x.units is TIME_SCALE
+        chart.x.units in (TIME_SCALE, _SECONDS)
         and not (chart.equal or chart.y.names)
         and any(isinstance(mark, Line | Shares) for mark in lines)
         and all(isinstance(mark, Line | Dots | Band | Shares | Rule | Limit | Remark) for mark in chart.marks)
@@ -94,9 +95,10 @@ def live_map(still: str, chart: Chart, across: Ends, upright: Ends) -> str:
         arrays.append(np.asarray(values, "<f4"))
         return len(arrays) - 1
 
-    lines, dots, texts, ellipses = list[Any](), list[Any](), list[Any](), list[Any]()
+    lines, dots, texts, ellipses, sites = ([] for _ in range(5))
     bars = [mark for mark in chart.marks if isinstance(mark, ScaleBar)]
     beside = {(float(bar.x[0]), float(bar.y[1])) for bar in bars}
+    beside |= {(x, y) for mark in chart.marks if isinstance(mark, Sites) for x, y in mark.sites.tolist()}
     for mark, color in zip(chart.marks, style.of_marks(chart.marks), strict=True):
         match mark:
             case ScaleBar():
@@ -107,6 +109,9 @@ def live_map(still: str, chart: Chart, across: Ends, upright: Ends) -> str:
                 lines.append(_map_line(mark, color, number, size))
             case Line():
                 lines.append(_map_line(mark, color, number, size))
+            case Sites():
+                x, y = (number(values / size) for values in mark.sites.T)
+                sites.append({"color": _paint(color), "x": x, "y": y, "names": mark.names, "large": mark.large})
             case Dots():
                 dots.append({"color": _paint(color), "x": number(mark.x[:] / size), "y": number(mark.y[:] / size),
                              "size": mark.size / style.POINTS_PER_PIXEL})  # fmt: skip
@@ -114,7 +119,8 @@ def live_map(still: str, chart: Chart, across: Ends, upright: Ends) -> str:
                 texts.append({"x": mark.x / size, "y": mark.y / size, "text": mark.text, "left": mark.left,
                               "below": mark.below, "soft": mark.soft})  # fmt: skip
     whole = {"ends": [[end / size for end in ends] for ends in (across, upright)], "lines": lines, "dots": dots,
-             "words": texts, "ellipses": ellipses, "bars": [[bar.unit, bar.size / size] for bar in bars],
+             "words": texts, "ellipses": ellipses, "sites": sites,
+             "bars": [[bar.unit, bar.size / size] for bar in bars],
              "counts": [len(part) for part in arrays], "numbers": _packed(arrays)}  # fmt: skip
     text = html.escape(json.dumps(whole, ensure_ascii=False, allow_nan=False))
     return f'<figure class="live_map" data-map="{text}">{still}</figure>'
@@ -305,7 +311,7 @@ _OF_MAPS = (
     " So does a map, which dragging and the arrows move; the cursor has its place there, and <em>3-D</em> copies the "
     "command that shows this instant in the viewer."
 )
-_OF_ELLIPSES = " The ellipse about that place contains 95 % of the positions that the filter expects."
+_OF_ELLIPSES = " The ellipse about that place contains 95 % of the positions that are expected."
 
 
 def packaged(name: str, package: str = __package__ or "") -> str:

@@ -3,7 +3,8 @@
 // has its instant in the charts.
 "use strict";
 (() => {
-  const {css, point, spots, unpack} = live;
+  const {add, css, point, spots, unpack} = live;
+  const DRAWN = 40, NAMED = 12; // most airports that are drawn, and with their codes
   const MOST = 5000, NEAR = 12; // largest zoom; px from the track within which its instant is taken
 
   const number = (value, step) => {
@@ -14,13 +15,6 @@
     const power = 10 ** Math.floor(Math.log10(most));
     return [5, 2, 1].map(n => n * power).find(v => v <= most * (1 + 1e-9)) ?? power;
   };
-
-  function add(parent, name, more = {}, text = "") {
-    const part = document.createElementNS(parent.namespaceURI, name);
-    for (const [key, value] of Object.entries(more)) part.setAttribute(key, value);
-    part.textContent = text;
-    return parent.appendChild(part);
-  }
 
   async function begin(figure) {
     const given = JSON.parse(figure.dataset.map), arrays = await unpack(given), still = figure.querySelector("svg");
@@ -67,30 +61,44 @@
     for (const part of [inside, axes, words]) part.textContent = "";
     const right = left + wide, bottom = top + high, step = round(1.9 * (view[1] - view[0]) * 75 / wide);
     const across = ticks(view[0], view[1], step), upright = ticks(view[2], view[3], step);
-    add(axes, "path", {class: "grid", fill: "none", d: across.map(v => `M${x(v)} ${top}V${bottom}`).join("") + upright.map(v => `M${left} ${y(v)}H${right}`).join("")});
-    add(axes, "path", {class: "axis", fill: "none", d: `M${left} ${top}V${bottom}H${right}`});
-    for (const v of across) add(axes, "text", {x: x(v), y: bottom + 15, "text-anchor": "middle", class: "soft"}, number(v, step));
-    for (const v of upright) add(axes, "text", {x: left - 6, y: y(v) + 4, "text-anchor": "end", class: "soft"}, number(v, step));
+    add(axes, "path", "", {class: "grid", fill: "none", d: across.map(v => `M${x(v)} ${top}V${bottom}`).join("") + upright.map(v => `M${left} ${y(v)}H${right}`).join("")});
+    add(axes, "path", "", {class: "axis", fill: "none", d: `M${left} ${top}V${bottom}H${right}`});
+    for (const v of across) add(axes, "text", number(v, step), {x: x(v), y: bottom + 15, "text-anchor": "middle", class: "soft"});
+    for (const v of upright) add(axes, "text", number(v, step), {x: left - 6, y: y(v) + 4, "text-anchor": "end", class: "soft"});
     for (const line of map.lines) {
       const look = {fill: "none", stroke: css(line.color), "stroke-width": line.width, "stroke-dasharray": line.dash, "stroke-linejoin": "round"};
-      if (!line.marker) add(inside, "path", {...look, d: path(map, line.x, line.y, scale)});
-      else add(inside, "path", {...look, d: line.x.map((v, k) => `M${x(v) - 4} ${y(line.y[k])}l4 -4l4 4l-4 4z`).join("")});
+      if (!line.marker) add(inside, "path", "", {...look, d: path(map, line.x, line.y, scale)});
+      else add(inside, "path", "", {...look, d: line.x.map((v, k) => `M${x(v) - 4} ${y(line.y[k])}l4 -4l4 4l-4 4z`).join("")});
+    }
+    const seen = (a, b) => a >= view[0] && a <= view[1] && b >= view[2] && b <= view[3];
+    for (const {color, x: xs, y: ys, names, large} of given.sites) { // as track_map.py draws them
+      const [es, ns] = [arrays[xs], arrays[ys]], all = names.map((_, k) => k).filter(k => seen(es[k], ns[k])), taken = [];
+      const drawn = [all, all.filter(k => k < large), []].find(some => some.length <= DRAWN);
+      add(inside, "path", "", {d: drawn.map(k => `M${x(es[k]).toFixed(1)} ${y(ns[k]).toFixed(1)}h0`).join(""), fill: "none", stroke: css(color),
+                               "stroke-width": 3.5, "stroke-linecap": "round"});
+      for (const k of drawn.length <= NAMED ? drawn : []) {
+        const [a, b] = [x(es[k]), y(ns[k])];
+        if (a > right - 40 || taken.some(([c, d]) => Math.abs(a - c) <= 40 && Math.abs(b - d) <= 14)) continue;
+        taken.push([a, b]);
+        add(words, "text", names[k], {x: a + 7, y: b + 15, class: "soft over"});
+      }
     }
     for (const dot of given.dots) {
       const xs = arrays[dot.x], ys = arrays[dot.y];
-      add(inside, "path", {d: xs.map((v, k) => `M${x(v).toFixed(1)} ${y(ys[k]).toFixed(1)}h0`).join(""), fill: "none", stroke: css(dot.color),
+      add(inside, "path", "", {d: xs.map((v, k) => `M${x(v).toFixed(1)} ${y(ys[k]).toFixed(1)}h0`).join(""), fill: "none", stroke: css(dot.color),
                            "stroke-width": dot.size, "stroke-linecap": "round"});
     }
     for (const word of given.words) {
       const [a, b] = [x(word.x), y(word.y)];
       if (a < left || a > right || b < top || b > bottom) continue;
-      add(words, "text", {x: word.left ? a - 7 : a + 7, y: b + (word.below ? 15 : -6), "text-anchor": word.left ? "end" : "start",
-                          class: word.soft ? "soft over" : "over"}, word.text);
+      add(words, "text", word.text, {x: word.left ? a - 7 : a + 7, y: b + (word.below ? 15 : -6), "text-anchor": word.left ? "end" : "start",
+                                     class: word.soft ? "soft over" : "over"});
     }
     given.bars.forEach(([unit, size], n) => {
       const long = round(0.22 * (view[1] - view[0]) / size), end = right - 8, height = top + 14 + 16 * n;
-      add(words, "path", {d: `M${end - long * size * scale.k} ${height - 4}v4H${end}v-4`, fill: "none", stroke: css("--ink")});
-      add(words, "text", {x: end - long * size * scale.k - 7, y: height, "text-anchor": "end", class: "soft over"}, unit === "km" && long < 1 ? `${Number((1000 * long).toPrecision(1))} m` : `${Number(long.toPrecision(1))} ${unit}`);
+      add(words, "path", "", {d: `M${end - long * size * scale.k} ${height - 4}v4H${end}v-4`, fill: "none", stroke: css("--ink")});
+      add(words, "text", unit === "km" && long < 1 ? `${Number((1000 * long).toPrecision(1))} m` : `${Number(long.toPrecision(1))} ${unit}`,
+          {x: end - long * size * scale.k - 7, y: height, "text-anchor": "end", class: "soft over"});
     });
     spot(map);
   }
@@ -125,9 +133,9 @@
       if (!then) continue;
       const [e, n, ae, an, be, bn] = parts.map(k => mixed(arrays[k], then));
       const ring = Array.from({length: 49}, (_, k) => [Math.cos(k * Math.PI / 24), Math.sin(k * Math.PI / 24)]);
-      add(inside, "path", {class: "here ellipse", d: `M${ring.map(([c, s]) => `${x(e + c * ae + s * be)} ${y(n + c * an + s * bn)}`).join("L")}Z`});
+      add(inside, "path", "", {class: "here ellipse", d: `M${ring.map(([c, s]) => `${x(e + c * ae + s * be)} ${y(n + c * an + s * bn)}`).join("L")}Z`});
     }
-    add(inside, "circle", {class: "here", r: 6, cx: x(mixed(track.x, at)), cy: y(mixed(track.y, at))});
+    add(inside, "circle", "", {class: "here", r: 6, cx: x(mixed(track.x, at)), cy: y(mixed(track.y, at))});
   }
 
   // Shows a part of the map that is `factor` as wide, with the place at fractions of its width and height where it is.
@@ -179,7 +187,7 @@
     const row = document.createElement("div"), {figure} = map;
     row.className = "tools";
     for (const [name, title, act] of [["+", "Zoom in", () => closer(map)], ["\u2212", "Zoom out", () => zoom(map, 2)], ["whole", "Show the whole map", () => whole(map)],
-                                      ["3-D", "Copy the command that shows this instant in the viewer", button => command(map, button)]]) {
+                                      ["3-D", "3-D: copy the command that shows this instant in the viewer", button => command(map, button)]]) {
       const button = document.createElement("button");
       Object.assign(button, {type: "button", textContent: name, title, ariaLabel: title});
       button.addEventListener("click", () => act(button));

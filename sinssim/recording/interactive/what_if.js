@@ -7,7 +7,7 @@
   const COLUMNS = ["north", "east", "down", "v north", "v east", "v down", "tilt n", "tilt e", "heading"];
   const SIZES = [1, 1, 1, 1, 1, 1, Math.PI / 10800, Math.PI / 10800, Math.PI / 10800];
 
-  const {radius, inside, root} = live.circles;
+  const {add} = live, {radius, inside, root} = live.circles;
 
   // ---- a budget with other sizes of its sources ----
 
@@ -118,14 +118,6 @@
   };
   const twelve = v => Number(v.toPrecision(12));
   const length = m => m >= 1000 ? `${four(m / 1000)} km` : m < 1 ? `${four(100 * m)} cm` : `${four(m)} m`;
-
-  function add(parent, name, text = "", more = {}) {
-    const part = document.createElement(name);
-    part.textContent = text;
-    for (const [key, value] of Object.entries(more)) part.setAttribute(key, value);
-    parent.append(part);
-    return part;
-  }
 
   async function begin(place) {
     const given = JSON.parse(place.dataset.live), budget = unfold(given, await live.unpack(given));

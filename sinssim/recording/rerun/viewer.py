@@ -73,6 +73,40 @@ def without_other_machines(page: str) -> str:
     return page.replace('<script src="re_viewer.js">', _QUIET + '<script src="re_viewer.js">', 1)
 
 
+_AT = """<script>
+      // puts the time cursor at an instant, until what the viewer tells has had it there for a second
+      (() => {
+        const request = Uint8Array.from(REQUEST), part = `,${PLACE},`;
+        let times = 0, looks = 0;
+        const look = async () => {
+          const viewer = window._handle;
+          if (viewer && `,${viewer.viewer_state()},`.includes(part)) times++;
+          else if (viewer) await viewer.viewer_control(request).then(() => { times = 0; }, () => {});
+          if (times < 3 && looks++ < 600) setTimeout(look, 400);
+        };
+        look();
+      })();
+    </script>
+    """
+
+
+def starting_at(page: str, moment: float) -> str:
+    """Return the viewer's page such that it begins at an instant, s.
+
+    The request is that of `ViewerClient.set_time` in Rerun 0.41: the fields 2, a timeline, 3, an instant in whole
+    nanoseconds, and 5, paused, of the message 6. The viewer tells the instant in a field 4.
+    """
+    place, number = bytearray(b"\x08"), round(1e9 * moment) % 2**64
+    while number > 127:
+        place.append(number % 128 + 128)
+        number //= 128
+    place.append(number)
+    name = _TIMELINE.encode()
+    parts = bytes([0x12, len(name) + 2, 0x0A, len(name), *name, 0x1A, len(place), *place, 0x28, 1])
+    script = _AT.replace("REQUEST", str([0x32, len(parts), *parts])).replace("PLACE", str([0x22, len(place), *place]))
+    return page.replace("</head>", script + "</head>", 1)
+
+
 class PageServer:
     """Serves the page of Rerun's own web server, changed, and files to this machine; a context manager.
 
@@ -80,12 +114,13 @@ class PageServer:
         address: address of the page, which opens the files.
     """
 
-    def __init__(self, port: int, inner: int, files: Sequence[Path]) -> None:
+    def __init__(self, port: int, inner: int, files: Sequence[Path], time_s: float | None = None) -> None:
         """Listen on a port of this machine.
 
         Args:
             inner: port of Rerun's web server, on this machine.
             files: recordings and layouts that the page opens, with different names.
+            time_s: place of the time cursor, s; the start if not given.
         """
 
         routes = {f"/{_FOLDER}/{quote(file.name)}": file for file in files}
@@ -102,7 +137,7 @@ class PageServer:
                     if path in routes:
                         _send(self, routes[path])
                     else:
-                        _answer(self, path, inner)
+                        _answer(self, path, inner, time_s)
 
             def log_message(self, *_: object) -> None:
                 pass
@@ -136,7 +171,7 @@ def _send(handler: BaseHTTPRequestHandler, file: Path) -> None:
         shutil.copyfileobj(opened, handler.wfile, _PIECE)
 
 
-def _answer(handler: BaseHTTPRequestHandler, path: str, inner: int) -> None:
+def _answer(handler: BaseHTTPRequestHandler, path: str, inner: int, time_s: float | None) -> None:
     """Answer a request by what Rerun's web server has."""
     try:
         with _OWN.open(f"http://127.0.0.1:{inner}{quote(path, safe='/%')}", timeout=60.0) as response:
@@ -147,7 +182,8 @@ def _answer(handler: BaseHTTPRequestHandler, path: str, inner: int) -> None:
     handler.send_response(200)
     handler.send_header("Content-Type", kind)
     if path in ("/", "/index.html"):
-        body = without_other_machines(body.decode()).encode()
+        page = without_other_machines(body.decode())
+        body = (page if time_s is None else starting_at(page, time_s)).encode()
     else:
         handler.send_header("rerun-final-length", str(len(body)))  # the page shows its progress by it
     handler.send_header("Content-Length", str(len(body)))
@@ -280,11 +316,14 @@ class LiveViewer:
             self._viewer.process.wait()
 
 
-def serve(path: Path, view: str | None = None, *, ready: Callable[[str], None] | None = None) -> None:
+def serve(
+    path: Path, view: str | None = None, *, time_s: float | None = None, ready: Callable[[str], None] | None = None
+) -> None:
     """Serve a run to browsers on this machine only, until interrupted.
 
     Args:
         view: name of the view in front, or path of a view's file; the recorded layout if not given.
+        time_s: place of the time cursor, s; the start if not given.
         ready: called with the page's address once the server answers; by default the address is printed.
     """
     web, inner, unused = _free_ports(3)
@@ -295,7 +334,7 @@ def serve(path: Path, view: str | None = None, *, ready: Callable[[str], None] |
         interruptible(signal.SIGTERM, signal.SIGINT),
         _files(path, view) as files,
         _Viewer(arguments) as viewer,
-        PageServer(web, inner, [Path(file) for file in files]) as server,
+        PageServer(web, inner, [Path(file) for file in files], time_s) as server,
     ):
         viewer.wait_for_port(inner)
         if ready is None:

@@ -92,12 +92,14 @@ class Guided:
         source: the navigator: an algorithm, or "aided".
         by_truth: the flight of the same plan by the true motion: what it would have been with a perfect navigator.
         moved: how far each pass moved the path, or the last trial of each section, m.
+        left: how far the path is from that of the closed loop, or nearer, m.
         in_sections: whether it was flown section by section, because the passes did not settle.
     """
 
     source: str
     by_truth: Trajectory
     moved: tuple[float, ...]
+    left: float
     in_sections: bool = False
 
 

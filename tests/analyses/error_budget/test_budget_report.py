@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
 from sinssim.analyses.error_budget.budget_exhibits import exhibits_of
+from sinssim.charts import Ellipses
 from sinssim.recording.page import page_of
+from sinssim.recording.track_map import Track
 from tests.recording.made_budget import answer, budget
+from tests.recording.shown import chart_of, marks_of
 from tests.recording.spies import cells, read
 
 
@@ -38,6 +45,17 @@ def test_charts_in_their_places(page: str) -> None:
     assert places == sorted(places)
     assert page.count(">R95 from this source alone<") == 2
     assert page.count('class="charts"') == 4
+
+
+def test_the_ellipses_of_all_runs_on_the_map() -> None:
+    """With σ = 250 km in all directions they are circles of R95, 611.94 km."""
+    world = {"truth": SimpleNamespace(ellipsoid="wgs84"), "aiding": None, "flight": None, "track": None}
+    track = Track("true", np.array([0.0, 7200.0]), np.array([0.8, 0.85]), np.zeros(2), "truth")
+    scenario = SimpleNamespace(**vars(budget().scenario) | world)
+    shown = exhibits_of(replace(budget(), scenario=scenario, track=track))
+    (ellipses,) = marks_of(chart_of(shown, "map"), Ellipses)
+    assert np.linalg.norm(ellipses.axes[-1], axis=1) == pytest.approx([611.94e3] * 2, rel=1e-4)
+    assert "map" not in {chart.key for charts in exhibits_of(budget()).charts() for chart in charts}
 
 
 def test_rankings_at_the_end_and_at_the_largest(page: str) -> None:

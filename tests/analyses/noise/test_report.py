@@ -26,11 +26,13 @@ from sinssim.analyses.noise.noise_report import (
 )
 from sinssim.cli.app import main
 from sinssim.errors import InputError
+from sinssim.experiments.run.finished_runs import runs_in
 from sinssim.logs.column_description import LogDescription
 from sinssim.logs.imu_samples import Samples
 from sinssim.recording.figures import figure_of
 from sinssim.recording.rerun.exhibit_recording import record
 from tests.oracles import noise
+from tests.recording.shown import curves_of
 from tests.slow import slow
 
 T = 0.1
@@ -336,6 +338,22 @@ def test_recording(report, tmp_path):
     assert {"/noise/gyro/rate", "/noise/gyro/sum", "/noise/accel/sum", "/noise/figures/allan_deviation"} <= entities
     assert "/noise/tables" in entities
     assert [path.name for path in file.parent.iterdir()] == ["noise.rrd"]
+
+
+def test_the_directory(log, capsys, tmp_path):
+    """All curves of its page can be zoomed: Allan deviations, which have a scale of their own, and the record."""
+    place = tmp_path / "noise"
+    code, out, _ = run(capsys, log, "--channel", "gyro_x", "--json", "-o", place)
+    assert (code, json.loads(out)) == (0, json.loads((place / "noise.json").read_text(encoding="utf-8")))
+    assert (place / "recording.rrd").is_file()
+    curves = curves_of(place / "report.html")
+    assert [(chart["key"], chart["timed"]) for chart in curves] == [
+        ("gyro_x", False), ("gyro/rate", True), ("gyro/sum", True),
+    ]  # fmt: skip
+    assert [entry.kind for entry in runs_in(tmp_path)] == ["noise analysis"]
+    code, _, err = run(capsys, tmp_path / "none.csv", "-o", place)
+    assert code == 2
+    assert "--overwrite" in err  # before anything is read
 
 
 def test_a_recording_that_cannot_be_written(report, tmp_path):

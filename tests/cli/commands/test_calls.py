@@ -76,14 +76,14 @@ def test_run_with_recorded_files(sinssim: Sinssim, put: Put, tmp_path: Path) -> 
 
 
 def test_align(sinssim: Sinssim, put: Put) -> None:
-    found = SimpleNamespace(summary=SUMMARY, exhibits="exhibits", plot=lambda: "figure")
+    found = SimpleNamespace(summary=SUMMARY, exhibits="exhibits", plot=lambda: "figure", directory=None)
     aligned, shown = put("analyses.alignment_session.align", found), put("recording.console.show")
     saved, recorded = put("recording.figures.save"), put("recording.rerun.exhibit_recording.record")
     assert sinssim("align", "parked") == ""
     assert aligned.args == ("parked",)
     assert aligned.options == {
         "columns": None, "grade": None, "start": None, "end": None, "method": "quiet", "latitude": None,
-        "overrides": (),
+        "overrides": (), "directory": None, "overwrite": False,
     }  # fmt: skip
     assert shown.args[0] == "exhibits"
     options = ("--from", 3, "--to", 70, "--disturbed", "--latitude", -30, "--columns", "c.toml", "--grade", "tactical",
@@ -91,9 +91,12 @@ def test_align(sinssim: Sinssim, put: Put) -> None:
     assert json.loads(sinssim("align", "log.csv", *options)) == SUMMARY
     assert aligned.options == {
         "columns": Path("c.toml"), "grade": "tactical", "start": 3.0, "end": 70.0, "method": "disturbed",
-        "latitude": pytest.approx(-pi / 6.0), "overrides": ("seed=5",),
+        "latitude": pytest.approx(-pi / 6.0), "overrides": ("seed=5",), "directory": None, "overwrite": False,
     }  # fmt: skip
     assert (saved.args, recorded.args) == (("figure", Path("p.svg")), ("exhibits", Path("r.rrd")))
+    found.directory = Path("place")
+    assert sinssim("align", "parked", "-o", "a", "--overwrite") == report("place") + view("place")
+    assert (aligned.options["directory"], aligned.options["overwrite"]) == (Path("a"), True)
 
 
 def test_allan(sinssim: Sinssim, put: Put) -> None:
@@ -119,6 +122,11 @@ def test_allan(sinssim: Sinssim, put: Put) -> None:
     assert json.loads(sinssim("allan", "log.csv", "--json")) == SUMMARY
     assert sinssim("allan", "log.csv", "--quiet") == ""
     assert len(shown.calls) == 1
+    written = put("analyses.noise.noise_exhibits.save_report", Path("place"))
+    assert sinssim("allan", "log.csv", "-o", "a") == report("place") + view("place")
+    assert (written.args, written.options) == ((found, exhibits, Path("a")), {"overwrite": False})
+    assert sinssim("allan", "log.csv", "-o", "a", "--quiet") == ""
+    assert len(written.calls) == 2
     assert "--imu and --json exclude each other" in sinssim("allan", "log.csv", "--imu", "--json", code=2)
 
 

@@ -157,14 +157,16 @@ def test_view(sinssim: Sinssim, put: Put) -> None:
     sinssim("view", "runs/a", "--view", "sensors")
     assert (opened.args, opened.options) == ((Path("runs/a"),), {"view": "sensors", "time_s": None})
     sinssim("view", "runs/b", "--web")
-    assert (served.args, served.options) == ((Path("runs/b"),), {"view": None})
+    assert (served.args, served.options) == ((Path("runs/b"),), {"view": None, "time_s": None})
     sinssim("view", "runs/c", "--view", "map", "--screenshot", "p.png", "--time", "12.5")
     assert (drawn.args, drawn.options) == ((Path("runs/c"), Path("p.png")), {"view": "map", "time_s": 12.5})
     assert [len(one.calls) for one in (opened, served, drawn)] == [1, 1, 1]
     said = sinssim("view", "runs/c", "--web", "--screenshot", "p.png", code=2)
     assert "--web and --screenshot exclude each other" in said
-    for more in (("--web", "--time", "1"), ("--time", "nan")):
-        assert "--time needs a finite number of seconds" in sinssim("view", "runs/c", *more, code=2)
+    sinssim("view", "runs/b", "--web", "--time", "1")
+    assert served.options == {"view": None, "time_s": 1.0}
+    for time in ("nan", "inf", "-1e10"):
+        assert "is no time of a run; give seconds" in sinssim("view", "runs/c", "--time", time, code=2)
 
 
 def test_list(sinssim: Sinssim, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -208,8 +210,7 @@ def test_check_of_a_scenario_with_a_filter(sinssim: Sinssim, put: Put) -> None:
     resolved = SimpleNamespace(as_written=lambda: SUMMARY)
     put("scenario.filter_model.with_states", resolved)
     put("scenario.filter_model.choice", ["states      chosen"])
-    put("scenario.filter_model.notes", ["One."])
-    put("scenario.unknown_gravity.gravity_notes", ["Two."])
+    put("scenario.filter_model.notes", ["One.", "Two."])
     memory = put("scenario.run_memory.check_memory")
     lines = put("scenario.plan_summary.plan_lines", ["plan"])
     put("scenario.planned_limits.expected_duration", 99.4)

@@ -175,6 +175,28 @@ def test_a_run_outlasts_a_reload(bench: Served, page: Page, tmp_path: Path, monk
     until(lambda: not exists(int((bench.workbench.folder / "grandchild").read_text())))
 
 
+def test_studies_and_alignments(tmp_path: Path) -> None:
+    """A study is compared and nothing else, a scenario everything else; what has been aligned is in the list."""
+    (tmp_path / "mine.toml").write_text(PARKED)
+    with served(tmp_path) as bench, Page() as page:
+        page.open(address(bench), "document.querySelectorAll('#shipped button').length > 3")
+        choices = "[...command.options].filter(one => !one.disabled).map(one => one.value).join()"
+        press = "[...document.querySelectorAll('nav button')].find(one => one.textContent === '{}').click()"
+        page.value(press.format("coning"))
+        page.until(f"{VERDICT} === 'No mistakes'")
+        assert page.value(choices) == "compare"
+        assert page.value("[line.textContent, out.placeholder]") == ["sinssim compare coning", "the study's name"]
+        assert "navigations of each motion" in page.value("words.textContent")
+        page.value(press.format("mine.toml"))
+        page.until(f"{choices} === 'run,ensemble,budget,align,calibrate'")
+        page.value("command.value = 'align', compute.dispatchEvent(new Event('input')), start.click()")
+        assert page.value("line.textContent") == "sinssim align mine.toml --out=runs/mine-alignment"
+        page.until("document.querySelector('#finished a')")
+        cells = "[...document.querySelectorAll('#finished tbody td')].map(one => one.textContent).slice(1, 3)"
+        assert page.value(cells) == ["runs/mine-alignment", "alignment"]
+        assert page.problems == []
+
+
 def test_names_are_texts(bench: Served, page: Page) -> None:
     page.value(f"[...own.querySelectorAll('button')].find(b => b.textContent.includes({EVIL!r})).click()")
     page.until(f"{VERDICT} === '1 mistake'")

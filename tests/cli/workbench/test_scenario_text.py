@@ -65,6 +65,24 @@ def test_the_plan_is_that_of_the_command(tmp_path: Path) -> None:
     assert found == {"mistakes": [], "plan": printed.getvalue().splitlines(), "left": ""}
 
 
+def test_studies() -> None:
+    """Two algorithms at two rates are four navigations; two axes of two and three values, six cells."""
+    part = '[[parts]]\ntitle = "one"\nalgorithms = ["euler", "quaternion"]\nrates_hz = [50.0, 100.0]\n'
+    text = part + "[[parts.motions]]\nparked = { latitude_deg = 50.0, duration_s = 5.0 }\n"
+    found = checked_text(text, FILE)
+    assert found["plan"] == ["study       mine", "part        one: 4 navigations of each motion"]
+    assert plan_html(text, FILE, 600.0) == ""
+    trade = 'scenario = "parked"\n[[axes]]\nkey = "imu.rate_hz"\nvalues = [50.0, 100.0]\n'
+    trade += '[[axes]]\nkey = "imu.grade"\nvalues = ["ideal", "tactical", "mems"]\n'
+    cells = "cells       6, each a budget: imu rate (2) × grade (3)"
+    assert checked_text(trade, FILE)["plan"] == ["study       mine", "scenario    parked", cells]
+    (mistake,) = checked_text(text.replace("rates_hz", "rate_hz"), FILE)["mistakes"]
+    assert mistake["line"] == 4
+    assert "rates_hz" in mistake["text"]
+    used = checked_text('use = ["mine"]\n' + text, FILE)
+    assert (used["plan"], "not run while you write" in used["left"]) == ([], True)
+
+
 def test_a_text_without_a_name_has_that_of_its_file() -> None:
     assert checked_text(PARKED.replace('name = "standing"\n', ""), FILE)["plan"][0].startswith("mine")
 

@@ -31,7 +31,8 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     (folder / "link.toml").symlink_to(place / "outside.toml")
     (folder / "scenarios").mkdir()
     (folder / "scenarios" / "by_name.toml").symlink_to(place / "outside.toml")
-    (folder / "study.toml").write_text('title = "no scenario"\n')
+    (folder / "other.toml").write_text('title = "no scenario"\n')
+    (folder / "study.toml").write_text('[[parts]]\ntitle = "one"\n')
     (run / "report.html").write_text("<script>1</script>")
     (run / "scenario.toml").write_text(PARKED)
     (run / "summary.json").write_text(
@@ -164,15 +165,16 @@ def test_a_report_has_no_way_to_the_workbench(bench: Served) -> None:
 
 def test_the_lists(bench: Served) -> None:
     scenarios = bench.ask("scenarios").json["scenarios"]
-    own = [one["path"] for one in scenarios if not one["shipped"]]
-    shipped = [one["path"] for one in scenarios if one["shipped"]]
-    assert own == ["mine.toml"]  # neither the study, the link, nor the scenario of the run
-    assert {"first_flight", "parked"} <= set(shipped)
+    own = [(one["path"], one["study"]) for one in scenarios if not one["shipped"]]
+    shipped = [(one["path"], one["study"]) for one in scenarios if one["shipped"]]
+    assert own == [("mine.toml", False), ("study.toml", True)]  # neither the link nor the scenario of the run
+    assert {("first_flight", False), ("parked", False), ("coning", True), ("gyro_trade", True)} <= set(shipped)
+    assert "[[parts]]" in bench.ask("scenario?path=coning").json["text"]
     (run,) = bench.ask("runs").json["runs"]
     assert (run["path"], run["kind"], run["scenario"], run["solution"], run["error_m"]) == (
         "runs/one run <b>", "run", "standing", "euler", 12.5,
     )  # fmt: skip
-    assert (run["report"], run["view"]) == (True, False)
+    assert (run["report"], run["view"], run["text"]) == (True, False, "scenario.toml")
 
 
 def test_a_text_is_saved_beside_and_renamed(bench: Served) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from dataclasses import replace
 from functools import cache
 
@@ -13,12 +14,12 @@ from scipy.stats import chi2
 import sinssim
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, empty
 from sinssim.experiments.ensembles.ensemble_plan import Plan, make_plan
-from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.ensembles.ensemble_result import EnsembleResult, MeanSquare, _with_common
 from sinssim.experiments.ensembles.ensemble_run import EnsembleMedia
 from sinssim.experiments.ensembles.ensemble_statistics import consistency, consistency_sentences, ensemble_numbers
 from sinssim.recording.console import show
 from sinssim.recording.page import page_of
-from sinssim.statistics.chi_square import extreme
+from sinssim.statistics.chi_square import extreme, mean_square_band
 from tests.experiments.ensembles.examples import AIDED, scenario
 
 RUNS, EPOCHS = 30, 41
@@ -129,15 +130,15 @@ def test_probabilities_too_small_for_a_number_are_ranked() -> None:
 
 def test_runs_with_gravity_that_the_filter_does_not_know() -> None:
     """A parked laser unit: consistent in normal gravity, not in another field, which is named as by a single run."""
-    from sinssim.scenario.unknown_gravity import gravity_notes
-    from tests.scenario.test_unknown_gravity import parked
+    from sinssim.scenario.filter_model import notes
+    from tests.scenario.test_unknown_gravity import INERTIAL, parked
 
     sound = sinssim.ensemble(parked(), 3)
     assert ensemble_numbers(sound).consistency.verdict == "consistent"
-    other = parked(gravity={"model": "egm2008"})
+    other = parked(gravity={"model": "egm2008"}, filter={"alignment_s": 60.0, "states": INERTIAL})
     result = sinssim.ensemble(other, 3)
     numbers = ensemble_numbers(result)
-    found, (note,) = numbers.consistency, gravity_notes(other)
+    found, (note,) = numbers.consistency, notes(other)
     assert found.verdict == "not consistent"
     assert found.worst.probability < 1e-6
     assert note in found.hints
@@ -145,5 +146,21 @@ def test_runs_with_gravity_that_the_filter_does_not_know() -> None:
     console = Console(record=True, width=10_000)
     show(result.exhibits, console)
     for text in (console.export_text(), page_of(result.exhibits)):
-        assert note in text.replace("\n", " ")
+        assert note in html.unescape(text.replace("\n", " "))
         assert "Therefore the filter is not consistent over 3 runs: the worst of " in text
+
+
+def test_gravity_that_all_runs_share_counts_once() -> None:
+    """Of 12 states 3 have the same errors in 40 runs: spread of the mean square, and its band, by chance."""
+    rng = np.random.default_rng(12)
+    own, common = rng.chisquare(9.0 * 40.0, 4000), 40.0 * rng.chisquare(3.0, 4000)
+    value = (own + common) / (12.0 * 40.0)
+    plain = MeanSquare("all states", value, mean_square_band(np.full(4000, 480.0)), np.full(4000, 480.0))
+    square = _with_common(plain, np.full((40, 4000), 12.0), 3)
+    assert square.freedom[0] == pytest.approx(480.0**2 / (9.0 * 40.0 + 3.0 * 1600.0))
+    assert np.var(value) == pytest.approx(2.0 / square.freedom[0], rel=0.1)
+    inside = (square.band.low < value) & (value < square.band.high)
+    assert 0.93 < np.mean(inside) < 0.97  # about ±2.3 of its own σ of 0.34 %, and χ² has another shape
+    assert np.mean((plain.band.low < value) & (value < plain.band.high)) < 0.6
+    few = _with_common(plain, np.vstack([np.full((1, 4000), 12.0), np.zeros((39, 4000))]), 3)
+    np.testing.assert_array_equal(few.freedom, plain.freedom)  # one run alone shares nothing

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from sinssim.data import NavState
 from sinssim.earth import WGS84
 from sinssim.experiments.run import motion_exhibits as report
-from sinssim.experiments.run.track_map import Track
+from sinssim.recording.track_map import Track
 from sinssim.scenario import Scenario
 from sinssim.truth.sampling import Channel, FlightEvent
 from tests.recording.spies import Plot, cells, html, plots

@@ -450,6 +450,7 @@ def test_the_schuler_period_of_published_constants(latitude, radius_1, radius_2,
 def test_the_heading_of_the_motion(tables: dict[str, int], title: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run_report, "places_of", lambda *given: SimpleNamespace(named=()))
     monkeypatch.setattr(run_report, "moments", lambda *given: [])
+    monkeypatch.setattr(run_report, "pieces_of", lambda scenario, truth: [])
     monkeypatch.setattr(run_report, "motion_map", lambda *given: Sentence("map"))
     truth = object.__new__(Truth)
     vars(truth).update(trajectory=SimpleNamespace(start=0.0, end=1.0, ellipsoid=WGS84), block=None)

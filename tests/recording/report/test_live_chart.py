@@ -5,9 +5,7 @@ from __future__ import annotations
 import base64
 import csv
 import hashlib
-import html
 import io
-import json
 import re
 import zlib
 from collections.abc import Iterator
@@ -27,6 +25,7 @@ from sinssim.recording.page import page_of
 from sinssim.recording.svg_chart import html_of
 from sinssim.units import DEG, LENGTH_SCALE, fixed
 from tests.browser import CHROMIUM, Page, file_address
+from tests.recording.shown import curves_of
 
 
 def chart(*marks: Any, y: Axis | None = None, end: float = 3600.0, **more: Any) -> Chart:
@@ -38,8 +37,7 @@ def group(*charts: Chart, **more: Any) -> Charts:
 
 
 def data_of(*charts: Chart, **more: Any) -> list[dict[str, Any]]:
-    found = re.findall(r'data-chart="([^"]*)"', html_of(group(*charts, **more)))
-    return [json.loads(html.unescape(text)) for text in found]
+    return curves_of(html_of(group(*charts, **more)))
 
 
 def numbers(data: dict[str, Any], number: int) -> np.ndarray:
@@ -192,6 +190,7 @@ def test_which_charts_can_be_zoomed() -> None:
     assert not can_live(chart(line, Bars(places=time, values=time)))
     assert not can_live(Chart(key="k", x=Axis(label="rate", units=fixed("Hz")), y=Axis(), marks=(line,)))
     assert can_live(Chart(key="k", x=TIME, y=Axis(), marks=(line, Dots(x=time, y=time))))
+    assert can_live(Chart(key="k", x=Axis(label="averaging time", units=fixed("s"), log=True), y=Axis(), marks=(line,)))
 
 
 def test_only_a_page_with_curves_has_scripts_and_words_cannot_end_them() -> None:

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sinssim.charts import Axis, Chart, Charts, Dots, Ellipses, Line, Remark, ScaleBar, over
+from sinssim.charts import Axis, Chart, Charts, Dots, Ellipses, Line, Remark, ScaleBar, Sites, over
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.exhibits import Exhibits, Section
-from sinssim.experiments.run.track_map import Spread, Track, coasts_about, track_map
 from sinssim.recording.page import page_of
+from sinssim.recording.track_map import Spread, Track, coasts_about, track_map
 from sinssim.units import DEG, fixed
 from tests.browser import CHROMIUM, Page, file_address
 
@@ -36,7 +36,11 @@ def the_map() -> Chart:
         x=np.array([2000.0, 2000.0, 3000.0, 3000.0]), y=np.array([3900.0, 3890.0, 3890.0, 3900.0]), unit="km", size=1e3
     )
     words = (Remark(x=2000.0, y=3890.0, text="1 km", left=True), Remark(x=3600.0, y=2000.0, text=BAD))
-    marks = (track, ellipses, bar, *words, Dots(x=np.array([1800.0]), y=np.array([2000.0]), color="ink"))
+    # of large airports five in the south-west, of others 36 in the north-east, which are too many
+    at = [*([200.0 * k, 300.0] for k in range(1, 6)), *([2500.0 + 30.0 * k, 3000.0] for k in range(36))]
+    names, large = tuple(f"A{k:03}" for k in range(41)), np.array(at[:5])
+    airports = Sites(x=large[:, 0], y=large[:, 1], color="soft", sites=np.array(at), names=names, large=5)
+    marks = (airports, track, ellipses, bar, *words, Dots(x=np.array([1800.0]), y=np.array([2000.0]), color="ink"))
     axis = Axis(label="east", units=KM, low=0.0, high=4000.0)
     return Chart(key="map", x=axis, y=Axis(label="north", units=KM, low=0.0, high=4000.0), marks=marks, equal=True)
 
@@ -71,6 +75,27 @@ def test_a_map_has_the_ellipses_of_a_solution_where_it_is() -> None:
     aided = next(mark for mark in chart.marks if isinstance(mark, Line) and mark.label == "aided")
     assert ellipses.centres[[0, -1]] == pytest.approx(np.column_stack((aided.x[[0, -1]], aided.y[[0, -1]])))
     assert sum(isinstance(mark, Ellipses) for mark in track_map(tracks, WGS84)) == 0
+
+
+def test_a_map_has_the_ellipses_of_all_runs_and_the_planned_path() -> None:
+    """Of a vehicle at rest, 100 m to the south and 200 m to the east of it, with σ of 500 m: the map shows their whole.
+    The planned path begins 1 km to the north; at 45°, the radius of the meridian is 6367.4 km."""
+    track = Track("true", np.array([0.0, 600.0]), np.full(2, np.pi / 4.0), np.zeros(2), "truth")
+    spread = Spread("true", np.array([0.0, 600.0]), np.tile(np.diag([500.0**2] * 2), (2, 1, 1)),
+                    np.tile([-100.0, 200.0], (2, 1)), "of all runs")  # fmt: skip
+    north = np.pi / 4.0 + np.array([1000.0, 2000.0]) / 6_367_382.0
+    chart = next(iter(track_map([track], WGS84, spread=spread, planned=[(north, np.zeros(2))])))
+    (ellipses,) = [mark for mark in chart.marks if isinstance(mark, Ellipses)]
+    assert ellipses.label == "95 % of all runs"
+    assert ellipses.centres.tolist() == pytest.approx(np.array([[200.0, -100.0]] * 2))
+    assert np.nanmax(ellipses.x) == pytest.approx(200.0 + 500.0 * 2.447747, abs=0.01)
+    assert chart.x.high is not None
+    assert chart.y.low is not None
+    assert np.nanmax(ellipses.x) < chart.x.high
+    assert np.nanmin(ellipses.y) > chart.y.low
+    (planned,) = [mark for mark in chart.marks if isinstance(mark, Line) and mark.label == "planned"]
+    assert planned.y == pytest.approx([1000.0, 2000.0], rel=1e-3)
+    assert next(iter(track_map([track], WGS84))).x.high == pytest.approx(50.0 * 488.0 / 420.0)  # of the place alone
 
 
 def test_coasts_about_a_track_are_near_it() -> None:
@@ -166,6 +191,20 @@ def test_the_map_follows_the_buttons_the_keys_the_wheel_and_dragging(page: Page)
     assert page.problems == []
     assert [address for address in page.requests if not address.startswith("file:")] == []
     assert page.value("document.querySelectorAll('img').length") == 0
+
+
+def test_an_enlarged_map_has_more_airports(page: Page) -> None:
+    """The five large ones at first, a fifth of a kilometre apart; an eighth of the map has ten of the others."""
+    codes = "[...document.querySelectorAll('.zoomed .over')].map(t => t.textContent).filter(t => /^A[0-9]/.test(t))"
+    assert set(page.value(codes)) == {"A000", "A002", "A004"}  # codes that have room
+    at = on_map(page, 2.6, 3.0)
+    page.mouse(("mouseMoved", *at), ("mousePressed", *at), ("mouseReleased", *at))
+    page.wheel(*at, -831.7766)  # exp(−831.7766/400) = 1/8
+    assert view(page)[:2] == pytest.approx([2.275, 2.775], abs=0.01)
+    found = page.value(codes)
+    assert found[0] == "A005"
+    assert 2 < len(found) < 10
+    assert set(found) < {f"A{k:03}" for k in range(5, 15)}
 
 
 def test_the_cursor_has_its_place_and_its_ellipse_on_the_map_and_the_map_its_instant(page: Page) -> None:

@@ -10,11 +10,12 @@ import pytest
 
 from sinssim.charts import Dots, Line, Remark
 from sinssim.exhibits import Column, Sentence, Table
-from sinssim.experiments.run import motion_exhibits, sensor_exhibits, track_map
+from sinssim.experiments.run import motion_exhibits, sensor_exhibits
 from sinssim.experiments.run import run_report as report
 from sinssim.experiments.run.sensor_exhibits import platform_errors
-from sinssim.experiments.run.track_map import Track
+from sinssim.recording import track_map
 from sinssim.recording.page import page_of
+from sinssim.recording.track_map import Track
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.sensor_set import Redundant
@@ -67,7 +68,8 @@ def parts(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(report, "note_on_errors", lambda: Sentence("(note)"))
     monkeypatch.setattr(report, "scheme", lambda scenario: "scheme")
     monkeypatch.setattr(report, "scheme_words", lambda scenario: "words")
-    monkeypatch.setattr(report, "motion_map", lambda scenario, ellipsoid, motion, tracks, places, _: Sentence(
+    monkeypatch.setattr(report, "pieces_of", lambda scenario, truth: [])
+    monkeypatch.setattr(report, "motion_map", lambda scenario, ellipsoid, motion, tracks, places, *_: Sentence(
         f"map of {[track.name for track in tracks]} on {ellipsoid}"))  # fmt: skip
 
 

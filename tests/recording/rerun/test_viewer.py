@@ -288,6 +288,15 @@ def test_the_web_page_asks_no_other_machine_but_for_map_tiles():
     assert found.index("window.fetch =") < found.index("re_viewer.js")
 
 
+def test_the_web_page_starts_at_an_instant():
+    """The request for 100 s is, byte by byte, what Rerun's own client sends; a negative number has ten bytes."""
+    asked = bytes.fromhex("3217120a0a0873696d5f74696d651a070880d0dbc3f4022801")
+    found = viewer.starting_at("<head></head><body>", 100.0)
+    assert f"Uint8Array.from({list(asked)})" in found
+    assert found.index("viewer_control") < found.index("</head><body>")
+    assert "[34, 11, 8, 255, 255, 255, 255, 255, 255, 255, 255, 255, 1]" in viewer.starting_at("</head>", -1e-9)
+
+
 def client(*recordings: Any, loading: bool = False, moved: list[Any] | None = None, layout: Any = None) -> Any:
     """Return a stand-in for what a viewer tells of itself."""
     return SimpleNamespace(
@@ -364,7 +373,7 @@ def test_what_the_server_of_the_page_hands_on(monkeypatch: pytest.MonkeyPatch, t
     monkeypatch.setattr(viewer, "without_other_machines", lambda page: f"{page} alone")
     sent = [Handler() for _ in range(5)]
     for handler, path in zip(sent, ("/", "/a b.wasm", "/none"), strict=False):
-        viewer._answer(handler, path, 1234)  # type: ignore[arg-type]
+        viewer._answer(handler, path, 1234, None)  # type: ignore[arg-type]
     assert asked == [(f"http://127.0.0.1:1234{path}", 60.0) for path in ("/", "/a%20b.wasm", "/none")]
     (tmp_path / "run.rrd").write_bytes(b"sixsix")
     viewer._send(sent[3], tmp_path / "run.rrd")  # type: ignore[arg-type]

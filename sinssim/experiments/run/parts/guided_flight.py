@@ -19,11 +19,11 @@ from sinssim.experiments.run.filter_exhibits import marks_of
 from sinssim.experiments.run.filter_summary import Moment, detections, moments, places_of
 from sinssim.experiments.run.parts.phases import phases_of
 from sinssim.experiments.run.run_result import DrawnPath, Part
-from sinssim.experiments.run.track_map import NOTE, Track, track_map
 from sinssim.formatting import listed, number_text, signed
 from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import thinned
-from sinssim.simulation.closed_loop import air_sensors, to_go
+from sinssim.recording.track_map import NOTE, Track, track_map
+from sinssim.simulation.closed_loop import air_sensors
 from sinssim.simulation.navigation_stage import Navigated
 from sinssim.simulation.path_errors import (
     AXES,
@@ -88,6 +88,7 @@ class GuidanceNumbers(TypedDict):
     ended_early: str
     end: Ending
     moved_m: list[float]
+    left_m: float
     in_sections: bool
     displacement_max_m: float
     displacement_end_m: float
@@ -158,7 +159,7 @@ class Guidance(Part[GuidanceNumbers]):
         return GuidanceNumbers(
             source=guided.source, seen=self._seen(), ended_early=ended,
             end=ending(_plan(self.run), path), moved_m=list(guided.moved),
-            in_sections=guided.in_sections,
+            left_m=guided.left, in_sections=guided.in_sections,
             displacement_max_m=float(size.max()), displacement_end_m=float(size[-1]), legs=legs, waypoints=waypoints,
         )  # fmt: skip
 
@@ -265,7 +266,7 @@ def _closing(entry: GuidanceNumbers) -> str:
     return (
         f"The plan was flown {len(moved) + 1} times, first by the true motion, then with the errors of the navigator "
         f"on the flight before, which moved the path by {', '.join(f'{number_text(value)} m' for value in moved)}. "
-        f"It is {number_text(to_go(moved))} m from that of the closed loop, or nearer."
+        f"It is {number_text(entry['left_m'])} m from that of the closed loop, or nearer."
     )
 
 

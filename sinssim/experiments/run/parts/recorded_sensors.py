@@ -34,9 +34,9 @@ from sinssim.experiments.run.motion_exhibits import (
 )
 from sinssim.experiments.run.run_result import Part
 from sinssim.experiments.run.sensor_exhibits import recorded_readings
-from sinssim.experiments.run.track_map import NOTE, Track, track_map
 from sinssim.recording import style
 from sinssim.recording.style import thinned
+from sinssim.recording.track_map import NOTE, Track, track_map
 from sinssim.simulation.navigation_stage import Navigated
 from sinssim.simulation.truth_and_sensors import RecordedMotion
 from sinssim.units import DEG, LENGTH_SCALE, UG, Scale, duration_words, fixed, suiting

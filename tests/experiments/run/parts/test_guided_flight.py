@@ -133,13 +133,13 @@ def test_the_displacement_by_leg() -> None:
 
 
 def test_how_the_loop_was_closed() -> None:
-    passes: Any = {"in_sections": False, "moved_m": [120.0, 6.0, 0.6]}
+    passes: Any = {"in_sections": False, "moved_m": [120.0, 6.0, 0.6], "left_m": 0.06}
     assert _closing(passes) == (
         "The plan was flown 4 times, first by the true motion, then with the errors of the navigator on the flight "
         "before, which moved the path by 120 m, 6.00 m, 0.600 m. "
         "It is 0.0600 m from that of the closed loop, or nearer."
     )
-    sections: Any = {"in_sections": True, "moved_m": [0.0009, 0.0004]}
+    sections: Any = {"in_sections": True, "moved_m": [0.0009, 0.0004], "left_m": 0.0009}
     assert _closing(sections) == (
         "The plan was flown in 2 sections, because a decision of the navigator turns with the path: each again with "
         "the errors of the navigator on the trial before, until that moved its path by at most 0.000900 m."
@@ -164,7 +164,7 @@ def test_the_displacement_over_time() -> None:
     part = Guidance(SimpleNamespace())  # type: ignore[arg-type]
     values = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
     vars(part)["displaced"] = Displaced(np.array([10.0, 70.0]), values)
-    part.enter({"source": "euler", "moved_m": [0.5], "in_sections": False, "ended_early": "", "legs": [],
+    part.enter({"source": "euler", "moved_m": [0.5], "left_m": 0.5, "in_sections": False, "ended_early": "", "legs": [],
                 "waypoints": [], "seen": {"airspeed": "true", "height": "true"}})  # fmt: skip
     said, charts = part.exhibits()
     assert said.text.startswith("The autopilot and the legs see the solution euler. Its airspeed is true, its height")  # type: ignore[union-attr]
@@ -357,7 +357,7 @@ def test_the_entry_of_the_guidance(monkeypatch: pytest.MonkeyPatch) -> None:
               FlightEvent(13.5, f"{guided_flight.ENDED}leg 3 (land): too low")]  # fmt: skip
     run = flying(HOLD)
     path = SimpleNamespace(events=events, start=10.0, end=13.5)
-    guided = SimpleNamespace(source="mine", moved=(120.0, 0.5), in_sections=True)
+    guided = SimpleNamespace(source="mine", moved=(120.0, 0.5), left=0.25, in_sections=True)
     vars(run.truth).update(trajectory=path, guided=guided)
     run.solutions["mine"] = "solution"
     part = Guidance(run)
@@ -370,7 +370,7 @@ def test_the_entry_of_the_guidance(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(guided_flight, "ending", lambda plan, path: {"time_s": path.end})
     assert part.numbers() == {
         "source": "mine", "seen": {"airspeed": "true", "height": "sensor"}, "ended_early": "leg 3 (land): too low",
-        "end": {"time_s": 13.5}, "moved_m": [120.0, 0.5], "in_sections": True,
+        "end": {"time_s": 13.5}, "moved_m": [120.0, 0.5], "left_m": 0.25, "in_sections": True,
         "displacement_max_m": 13.0, "displacement_end_m": 13.0,
         "legs": [
             {"leg": "1 hold", "end_s": 12.0, "navigation_error_m": 1200.0, "along_m": 1.0, "right_m": 0.0, "up_m": -2.0,

@@ -11,9 +11,13 @@ import pytest
 
 from sinssim.data import NavSolution, NavState
 from sinssim.earth import WGS84, geodetic_to_ecef
-from sinssim.experiments.run.track_map import (
+from sinssim.recording import style
+from sinssim.recording.svg_chart import html_of
+from sinssim.recording.track_map import (
     Projection,
     Track,
+    _aerodromes,
+    _airports,
     _circle,
     _Frame,
     _frame,
@@ -27,8 +31,6 @@ from sinssim.experiments.run.track_map import (
     degrees,
     track_map,
 )
-from sinssim.recording import style
-from sinssim.recording.svg_chart import html_of
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -163,6 +165,45 @@ def test_the_map_has_the_world_behind_it_and_scales():
         for drawn in (svg, sea)
     ]
     assert (len(coasts[0]) > 0, len(coasts[1])) == (True, 0)
+
+
+@pytest.mark.parametrize(
+    ("code", "latitude", "longitude"),
+    [("LKPR", 50 + 6 / 60 + 3 / 3600, 14 + 15 / 60 + 36 / 3600),
+     ("EGLL", 51 + 28 / 60 + 39 / 3600, -27 / 60 - 41 / 3600),
+     ("YSSY", -33 - 56 / 60 - 46 / 3600, 151 + 10 / 60 + 38 / 3600)],
+)  # fmt: skip
+def test_airports_are_where_they_are(code, latitude, longitude):
+    """Reference points of the aeronautical information publications; a kilometre is 0.009°."""
+    at, along, codes, large = _aerodromes()
+    k = codes.index(code)
+    assert k < large
+    assert np.degrees(at[k]) == pytest.approx(latitude, abs=0.009)
+    assert np.degrees(along[k]) == pytest.approx(longitude, abs=0.009)
+    assert codes[:large] == tuple(sorted(codes[:large]))
+    assert len(set(codes)) == len(codes)
+
+
+def test_a_map_has_few_airports_with_their_codes_and_many_without():
+    """About Prague stands one, with its code; about Bohemia all, without; about Central Europe the large ones; of two
+    continents none, before the map is enlarged."""
+
+    def drawn(width):
+        frame = _Frame(488.0 / width, -0.5 * width, 0.5 * width * 420.0 / 488.0)
+        sites, *remarks = _airports(Projection(radians(50.1), radians(14.26), WGS84), frame)
+        return sites, [remark.text for remark in remarks]
+
+    few, codes = drawn(40e3)
+    assert (few.names, codes, len(few.x)) == (("LKPR",), ["LKPR"], 1)
+    assert np.hypot(few.x[0], few.y[0]) < 1000.0
+    some, codes = drawn(700e3)
+    assert codes == []
+    assert 12 < len(some.x) == len(some.sites) == len(some.names) <= 40
+    large, codes = drawn(1600e3)
+    assert codes == []
+    assert 12 < len(large.x) == large.large <= 40 < len(large.sites)
+    many, codes = drawn(12e6)
+    assert (len(many.x), codes, len(many.sites)) == (0, [], many.large)
 
 
 def test_the_map_says_whose_track_is_which():

