@@ -16,6 +16,8 @@ from typing import Any, Self
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 """The browser, None on a machine without one."""
+AXE = os.environ.get("SINSSIM_AXE")
+"""The script axe.min.js of axe-core, None without one; see `make test-reports`."""
 
 _SOFTWARE_GRAPHICS = (
     "--use-gl=angle",
@@ -111,6 +113,18 @@ class Page:
     def media(self, kind: str) -> None:
         """Show the page as on a "screen" or in "print"."""
         self._ask("Emulation.setEmulatedMedia", media=kind)
+
+    def serious(self) -> list[Any]:
+        """Return what axe-core finds that hinders readers seriously; nothing without it."""
+        if AXE is None:
+            return []
+        self.value(Path(AXE).read_text(encoding="utf-8") + "; 1")
+        return list(
+            self.value(
+                """axe.run().then(({violations}) => violations.filter(({impact}) =>
+                impact === "serious" || impact === "critical").map(({id, nodes}) => [id, nodes[0].html]))"""
+            )
+        )
 
     def scripts(self, on: bool) -> None:
         """Run the scripts of the pages that are opened, or not."""

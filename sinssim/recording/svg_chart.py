@@ -149,6 +149,8 @@ def _numbers(axis: Axis, ends: tuple[float, float], unit: tuple[str, float], cou
         at, step, _, size = time_ticks(low, high)
     else:
         at, step = ticks(low / size, high / size, count)
+        if len(at) < 3:  # a range about zero may have no other number of such a step
+            at, step = ticks(low / size, high / size, 2 * count)
     return [(float(v) * size, tick_label(float(v), step)) for v in at]
 
 

@@ -4,8 +4,6 @@ drawn, also without scripts and in print, no request, and nothing that axe-core 
 from __future__ import annotations
 
 import io
-import json
-import os
 import re
 import subprocess
 import sys
@@ -38,10 +36,6 @@ parked = { latitude_deg = 50.0, duration_s = 5.0 }
 
 
 KINDS = ("run", "study", "ensemble", "both", "budget", "trade", "calibration", "alignment", "noise", "plane", "list")
-AXE = os.environ.get("SINSSIM_AXE")
-"""The script axe.min.js of axe-core, which finds what hinders readers; without it, it is not asked."""
-SERIOUS = """axe.run().then(({violations}) => JSON.stringify(violations.filter(
-  ({impact}) => impact === "serious" || impact === "critical").map(({id, nodes}) => [id, nodes[0].html])))"""
 
 
 def call(*arguments: str) -> None:
@@ -113,10 +107,7 @@ def test_a_narrow_report_without_scripts_and_in_print(made: Path, name: str) -> 
         page.open(file_address(made / name / "report.html"), "document.readyState === 'complete'")
         page.wait(1.0)
         assert page.value("document.documentElement.scrollWidth <= innerWidth")
-        if AXE:
-            page.value(Path(AXE).read_text(encoding="utf-8") + "; 1")
-            found = page.value(SERIOUS)
-            assert json.loads(found) == []
+        assert page.serious() == []
         page.media("print")
         figures = "[...document.querySelectorAll('figure.live, figure.live_map')]"
         assert page.value(f"{figures}.every(one => getComputedStyle(one.querySelector('svg')).display !== 'none')")

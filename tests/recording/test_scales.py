@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from sinssim.analyses.error_budget.budget_exhibits import units_of_budget
+from sinssim.charts import Axis
 from sinssim.experiments.run.filter_exhibits import NAVIGATION, settled
 from sinssim.recording.style import envelope, log_numbers, thinned, tick_label, ticks, time_ticks
+from sinssim.recording.svg_chart import _numbers
 from sinssim.units import (
     ANGLE_SCALE,
     HEIGHT_SCALE,
@@ -90,6 +92,12 @@ def test_an_envelope_row_by_row() -> None:
 )
 def test_ticks(low: float, high: float, count: int, numbers: list[float], step: float) -> None:
     assert ticks(low, high, count) == (pytest.approx(numbers), pytest.approx(step))
+
+
+def test_a_range_about_zero_has_other_numbers() -> None:
+    """Steps of a quarter of 8360, 5000, meet it at zero alone."""
+    found = _numbers(Axis(), (-4180.0, 4180.0), ("m", 1.0), 4)
+    assert found == [(-4000.0, "−4000"), (-2000.0, "−2000"), (0.0, "0"), (2000.0, "2000"), (4000.0, "4000")]
 
 
 @pytest.mark.parametrize(

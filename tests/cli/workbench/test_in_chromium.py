@@ -232,6 +232,7 @@ def test_narrow_and_dark(bench: Served, page: Page) -> None:
     assert page.value("document.documentElement.scrollWidth <= innerWidth")
     rows = page.value("[...document.querySelectorAll('.back > div')].map(row => row.getBoundingClientRect().height)")
     assert set(rows) == {20}  # a remark breaks no line, so that the text stays above its picture
+    assert page.serious() == []
     seen: Any = page.value("[getComputedStyle(document.body).backgroundColor, getComputedStyle(text).caretColor]")
     assert seen[0] != seen[1]
     page.value("text.value = ''; 1")
