@@ -221,7 +221,7 @@ def track_map(
 ) -> Charts:
     """Return the map of the motion and of solutions that are not far from it.
 
-    Outages, s, are marked on the motion; ellipses show the `spread` of a solution, or about the motion, which then
+    Outages, s, are marked on the motion; ellipses show the `spread` of a solution, or of all runs of a budget, which
     widens the map. Places have a name with latitude and longitude, rad; legs have a name with an instant, s, which is
     marked instead of round times; `planned` are the parts of the planned path, latitudes and longitudes, (K,) rad.
     """
@@ -241,7 +241,7 @@ def track_map(
             k = thinned(len(track.time), _ROWS)
             instants = [motion.time[0], *([at for _, at in legs] or _round_times(motion.time)), motion.time[-1]]
             ellipses.append(spread.ellipses(*line, track.time[k], np.array(instants)))
-    about = [(part.x, part.y) for part in ellipses if spread is not None and spread.track == motion.name]
+    about = [(part.x, part.y) for part in ellipses if spread is not None and spread.mean is not None]
     frame = _frame(*_shown(*lines[0], [*lines[1:], *about]))
     dashes: list[Dash] = ["", *_DASHES[: len(solutions)]]
     dashes = dashes if len(dashes) == len(tracks) else [""] * len(tracks)

@@ -122,6 +122,20 @@ def test_a_narrow_report_without_scripts_and_in_print(made: Path, name: str) -> 
         assert [address for address in page.requests if not address.startswith(("file:", "data:"))] == []
 
 
+def test_the_page_of_a_flight_of_84_minutes(tmp_path: Path) -> None:
+    """With 18 charts and more, which share one time."""
+    call("run", "first_flight", "-q", "--keep", "report", "-o", str(tmp_path / "run"))
+    report = tmp_path / "run" / "report.html"
+    assert report.stat().st_size < 1.5e6
+    with Page(size=(1250, 8000)) as page:
+        page.open(file_address(report), "live.drawn.length >= 18 && live.drawn.every(chart => chart.seen)")
+        page.value("live.show(live.drawn.find(chart => chart.timed), 20, 30)")
+        page.drawn()
+        shown = "live.drawn.filter(chart => chart.timed).map(({plot}) => [plot.scales.x.min, plot.scales.x.max].join())"
+        assert page.value(f"[...new Set({shown})]") == ["20,30"]
+        assert page.problems == []
+
+
 @pytest.mark.parametrize("name", ["run", "study", "ensemble"])
 def test_the_web_view(made: Path, name: str) -> None:
     command = [sys.executable, "-m", "sinssim", "view", str(made / name), "--web"]
