@@ -55,7 +55,7 @@ def test_tables_and_files(folder: Path, capsys: pytest.CaptureFixture[str]) -> N
     for name in ("report.html", "budget.json", "budget.parquet", "recording.rrd", "scenario.toml"):
         assert (made / name).is_file()
     page = (made / "report.html").read_text(encoding="utf-8")
-    assert page.count('role="img"') == 7  # two of growth, two of the ranking, three of σ
+    assert page.count('role="img"') == 8  # two of growth, the map, two of the ranking, three of σ
     assert "not met" in page
     rows = pq.read_table(made / "budget.parquet")
     sources = set(rows.column("source").to_pylist())

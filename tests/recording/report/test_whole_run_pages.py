@@ -163,7 +163,19 @@ def test_the_source_of_the_true_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(motion_exhibits, "field_words", lambda scenario: "words of the field")
     level = SimpleNamespace(words=lambda: "from 270°, 20 kt")
     plain: dict[str, Any] = dict.fromkeys(
-        ("flight", "track", "parked", "great_circle", "motion", "drive", "voyage", "turntable", "isolator", "gravity")
+        (
+            "flight",
+            "track",
+            "parked",
+            "great_circle",
+            "motion",
+            "drive",
+            "voyage",
+            "rocket",
+            "turntable",
+            "isolator",
+            "gravity",
+        )
     )
     flown = SimpleNamespace(aircraft="c172x", wind=level, atmosphere=None, turbulence=None)
     found = list(motion_exhibits._source(SimpleNamespace(**{**plain, "vibration": (), "flight": flown, "gravity": 1})))  # type: ignore[arg-type]
