@@ -5,9 +5,12 @@ Estimates, covariances and innovations are recorded and assembled into the resul
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -197,6 +200,32 @@ class Record:
         )
 
 
+class Witness(Protocol):
+    """What follows a pass of the filter, segment by segment."""
+
+    def begin(self, around: Surroundings, covariance: Array) -> None:
+        """Take the data that stay the same, and the covariance at the start, (n, n)."""
+        ...
+
+    def segment(self, line: Linearisation, count: int, fed: Array, turn: Array | None) -> None:
+        """Take a linearised segment, of which the first `count` epochs were processed; the errors that were fed back at
+        its end, (n,), and the matrix into the axes there, (n, n), None if they are the same."""
+        ...
+
+
+_WITNESS: ContextVar[Witness | None] = ContextVar("witness", default=None)
+
+
+@contextmanager
+def followed(by: Witness) -> Iterator[None]:
+    """Have the passes of the filter inside the block followed."""
+    token = _WITNESS.set(by)
+    try:
+        yield
+    finally:
+        _WITNESS.reset(token)
+
+
 _SHORTEST, _OPEN = 1.0, 64.0
 """Length of the first segment of the closed loop and of the next after a large update; segments of the open loop, s."""
 
@@ -235,6 +264,9 @@ class Loop:
         self._history, self._row_s, self._row_at = history, row_s, -np.inf
         self._row = HistoryRow.begin(around.model.size)
         self._restart = {s: self._begins(s) for s in zero_rate}
+        self._witness = _WITNESS.get()
+        if self._witness is not None:
+            self._witness.begin(around, covariance)
         self._varying = np.flatnonzero((covariance.diagonal() > 0.0) | (around.density > 0.0))
 
     def _expected_rows(self, row_s: float) -> int:
@@ -337,6 +369,8 @@ class Loop:
             before, end = end, corrected(end, subtracted[None], around.ellipsoid, around.model.axes)
             if around.model.axes == "transported":
                 turn = turn_of_axes(before, end, len(fed)) @ (np.eye(len(fed)) if turn is None else turn)
+        if self._witness is not None:
+            self._witness.segment(line, count, fed, turn)
         self.record.end_stretch(first, rows_of(line.state, slice(0, count)), self._compensated, fed, end, turn)
         self._compensated = self._compensated + np.where(np.arange(len(fed)) < CORE, 0.0, fed)
         if feed:

@@ -195,6 +195,7 @@ def aid_run(
     initial: NavState,
     errors: TrueErrors,
     *,
+    aiding: tuple[AidingReadings, ...] | None = None,
     monitored: Sequence[Monitored] = (),
     history: bool = True,
     row_s: float | None = None,
@@ -208,6 +209,7 @@ def aid_run(
         imu: increments that the engine navigates on.
         initial: state of the vehicle that navigation starts from.
         errors: the true errors of the inertial sensors in this run.
+        aiding: what the aiding sensors read; by default it is emulated.
         monitored: what the monitoring of a redundant set found.
         history: whether to keep the history for smoothing and observability; without it nothing is smoothed. The aided
             solution is the same.
@@ -220,7 +222,7 @@ def aid_run(
     """
     section, navigation = scenario.filter, scenario.navigation
     assert section is not None
-    sensed = _with_shared_times(readings_along(scenario, trajectory, imu), imu.time)
+    sensed = _with_shared_times(readings_along(scenario, trajectory, imu) if aiding is None else aiding, imu.time)
     give_back_memory()
     model, edges = filter_model(scenario, float(imu.time[-1] - imu.time[0])), imu.time
     model = with_declination(model, scenario, trajectory)

@@ -54,7 +54,7 @@ def hand_budget(end: float = 7200.0, filtered: bool = False) -> BudgetResult:
     own = None if not filtered else np.diag(np.arange(1.0, 10.0) ** 2) * hours**2
     solution = "filter" if filtered else "inertial"
     return BudgetResult(
-        SimpleNamespace(name="by hand", description="a trial"),
+        SimpleNamespace(name="by hand", description="a trial", filter=None),
         solution,
         time,
         SOURCES,

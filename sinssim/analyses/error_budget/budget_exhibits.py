@@ -68,7 +68,10 @@ _PERCENT = Axis(label="share of the mean square", units=fixed("%", 0.01), low=0.
 
 def exhibits_of(result: BudgetResult, answers: Sequence[Answer] = (), times: Sequence[float] = ()) -> Exhibits:
     """Return what a budget has to show, with `times`, s, in the table beside the usual ones."""
-    what = "inertial navigation" if result.solution == "inertial" else "inertial navigation with the filter"
+    what = "inertial navigation"
+    if result.solution == "filter":
+        kind = "error-state" if result.scenario.filter is None else result.scenario.filter.kind
+        what += " with the filter" if kind == "error-state" else f" with the linear filter in place of the {kind} one"
     name, end = result.scenario.name, result.time[-1]
     rate = f"{four_digits(float(result.r95[-1]) / NAUTICAL_MILE / (float(end) / 3600.0))} nmi/h"
     (unit, metre), _, _ = units_of_budget(result)

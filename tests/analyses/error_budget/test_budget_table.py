@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import inf, nan
+from types import SimpleNamespace
 
 import pytest
 
@@ -115,6 +116,11 @@ def test_everything_on_the_console() -> None:
     aided = printed(lambda console: show(exhibits_of(hand_budget(filtered=True)), console))
     assert aided[0] == "by hand: covariance budget of inertial navigation with the filter"
     assert aided[-1] == _FIXED_GAINS
+    other = hand_budget(filtered=True)
+    other.scenario.filter = SimpleNamespace(kind="unscented")
+    assert printed(lambda console: show(exhibits_of(other), console))[0] == (
+        "by hand: covariance budget of inertial navigation with the linear filter in place of the unscented one"
+    )
 
 
 def answer(require: str, value: float, **changes: object) -> list[str]:

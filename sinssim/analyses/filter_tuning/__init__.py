@@ -1,0 +1,1 @@
+"""Tuning of a filter by the likelihood of its innovations."""

@@ -1,0 +1,214 @@
+"""A filter's pass once more, with other noises at once: the linear recursion about the nominal motion of the pass.
+
+A pass of the filter leaves Φ, H, residuals and feedback of each segment (`sinssim.estimation.filter_loop.Witness`).
+They depend on the noises to second order alone, so that estimates and covariances with other noises follow from
+
+    x ← A x + c,   P ← A P Aᵀ + Σ s_j Q_j,   ν = z − H x,   S = H P Hᵀ + R                                           (1)
+
+A, c and Q_j are those from one instant with readings to the next, c from the feedback. The process noise is a sum over
+its sources, gyros, accelerometers and each block of states: Q_j of a source is kept for the states that it reaches, and
+a set of assumptions has a factor s_j for each. With a density σ² along the column e of an interval T,
+
+    Q = T/6 (Φe eᵀΦᵀ + 4 Me eᵀMᵀ + e eᵀ) σ²,   M = (1 + Φ)/2,                                                        (2)
+
+is exact to the third order (Simpson). Readings count at their instants of validity, whenever they arrive.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from sinssim.data import Array
+from sinssim.estimation.error_dynamics import driving_noise, noise_at_speed
+from sinssim.estimation.linearisation import Linearisation, Surroundings
+from sinssim.estimation.state_model import NAVIGATION, ErrorModel
+from sinssim.sensors.aiding_registry import measurement_kind
+from sinssim.sensors.measurement_kind import CORE, PHI, V
+
+
+class Reading(NamedTuple):
+    """A reading, linearised."""
+
+    sensor: int  # number of the sensor
+    row: int  # number of the reading among the sensor's
+    h: Array  # (k, n)
+    z: Array  # residual, (k,)
+    r: Array  # R as the pass assumes it, (k, k)
+
+
+class Event(NamedTuple):
+    """An instant with readings, and the way to it from the event before."""
+
+    time: float  # s
+    a: Array  # (n, n)
+    c: Array  # (n,)
+    q: tuple[Array, ...]  # Q_j of each source for the states that it reaches, row by row
+    readings: list[Reading]
+
+
+class Assumptions(NamedTuple):
+    """Noises of a filter relative to those of the pass."""
+
+    process: Array  # s_j of each source, (J,)
+    start: Array  # 1σ of the states at the start, (n,)
+    sigma: Mapping[str, Array]  # σ of the readings of sensors, by name: of each reading, (M, k); 1 where none is given
+
+
+class Series(NamedTuple):
+    """Innovations of one sensor with several assumptions."""
+
+    sensor: str
+    time: Array  # (M,) s
+    row: Array  # number of each reading among the sensor's, (M,)
+    value: Array  # ν, (B, M, k)
+    covariance: Array  # S, (B, M, k, k)
+
+
+def sources_of(model: ErrorModel) -> dict[str, list[int]]:
+    """Return the sources of process noise by name, with the states that each drives."""
+    driven = {"gyro noise": list(range(PHI.start, PHI.stop)), "accelerometer noise": list(range(V.start, V.stop))}
+    for block in model.blocks[len(NAVIGATION) :]:
+        where = model.slices[block.name]
+        if np.any(model.density[where]) or np.any(model.per_metre[where]):
+            driven[block.name] = list(range(where.start, where.stop))
+    return driven
+
+
+def densities_of(model: ErrorModel) -> Array:
+    """Return the spectral densities of the sources, of blocks the mean over their states, (J,)."""
+    own = model.density**2 + 2.0 * model.sigma**2 * model.per_metre
+    of_blocks = [float(np.mean(own[states])) for states in list(sources_of(model).values())[2:]]
+    return np.array([model.gyro_noise**2, model.accel_noise**2, *of_blocks])
+
+
+@dataclass
+class LinearPass:
+    """What a pass of the filter leaves for `replay`; a witness of the pass."""
+
+    events: list[Event] = field(default_factory=list)
+
+    def begin(self, around: Surroundings, covariance: Array) -> None:
+        """Take the data that stay the same."""
+        self.model, self.covariance, self.around = around.model, covariance, around
+        self.names = [readings.data.label for readings in around.readings]
+        self._unused = {
+            k for k, readings in enumerate(around.readings) if measurement_kind(readings.data.kind).mean_rate
+        }  # their noise is that of the gyros
+        self._density = driving_noise(around.model)
+        core = list(range(CORE))
+        self._driven = list(sources_of(around.model).values())
+        self._reached = [sorted({*core, *states}) for states in self._driven]
+        if around.added is not None:  # noise beside that of the model, which no assumption changes
+            self._reached.append(core)
+        self._flat = [np.ravel_multi_index(np.ix_(s, s), (around.model.size,) * 2).ravel() for s in self._reached]
+        self._restart()
+
+    def _restart(self) -> None:
+        n = self.model.size
+        self._a, self._c = np.eye(n), np.zeros(n)
+        self._q = [np.zeros((len(s), len(s))) for s in self._reached]
+
+    def segment(self, line: Linearisation, count: int, fed: Array, turn: Array | None) -> None:
+        """Take a segment."""
+        time = self.around.epochs.time
+        for k in range(count):
+            if line.interval[k]:
+                self._step(line, k)
+            readings = [
+                Reading(o.sensor, o.row, o.h, o.residual, self.around.readings[o.sensor].covariance(o.row, o.variance))
+                for o in line.observed.get(line.first + k, ())
+                if o.sensor not in self._unused
+            ]
+            if readings:
+                at = float(time[line.first + k])
+                self.events.append(Event(at, self._a, self._c, tuple(q.ravel() for q in self._q), readings))
+                self._restart()
+        self._c = self._c - fed
+        if turn is not None:
+            self._a, self._c = turn @ self._a, turn @ self._c
+            self._q = [
+                turn[np.ix_(s, s)] @ q @ turn[np.ix_(s, s)].T for s, q in zip(self._reached, self._q, strict=True)
+            ]
+
+    def _step(self, line: Linearisation, k: int) -> None:
+        phi, interval = line.phi[k], float(line.interval[k])
+        velocity = line.state.velocity_ned[k : k + 1]
+        density = np.broadcast_to(noise_at_speed(self.model, self._density, velocity), (1, len(phi)))[0].copy()
+        self._a, self._c = phi @ self._a, phi @ self._c
+        rest = line.q[k, :CORE, :CORE] if line.added is not None else None
+        for j, (states, driven) in enumerate(zip(self._reached, [*self._driven, []], strict=False)):
+            part = phi[np.ix_(states, states)]
+            self._q[j] = part @ self._q[j] @ part.T
+            if not driven:
+                self._q[j] += rest if rest is not None else 0.0
+                continue
+            e = np.zeros((len(states), len(driven)))
+            e[[states.index(s) for s in driven], np.arange(len(driven))] = np.sqrt(density[driven])
+            moved = part @ e
+            middle = 0.5 * (e + moved)
+            q = interval / 6.0 * (moved @ moved.T + 4.0 * middle @ middle.T + e @ e.T)  # (2)
+            self._q[j] += q
+            if rest is not None:
+                rest = rest - q[:CORE, :CORE]
+
+    def replay(
+        self, assumptions: Sequence[Assumptions], dropped: Mapping[str, Array], until: float = math.inf
+    ) -> list[Series]:
+        """Return the innovations of all sensors with each of B assumptions.
+
+        Args:
+            assumptions: B of them.
+            dropped: by sensor whether a reading is left out, (M,).
+            until: last instant, s.
+        """
+        n, b = self.model.size, len(assumptions)
+        count = len(self._driven)
+        process = np.array([of.process for of in assumptions])
+        start = np.array([of.start for of in assumptions])
+        p = self.covariance * start[:, :, None] * start[:, None, :]
+        x = np.zeros((b, n))
+        kept: list[list[tuple[int, float, Array, Array]]] = [[] for _ in self.names]
+        for event in self.events:
+            if event.time > until:
+                break
+            x, p = x @ event.a.T + event.c, _moved(p, event.a)
+            flat = p.reshape(b, n * n)
+            for j, (places, q) in enumerate(zip(self._flat, event.q, strict=True)):
+                flat[:, places] += process[:, j, None] * q if j < count else q
+            for reading in event.readings:
+                name = self.names[reading.sensor]
+                if name in dropped and dropped[name][reading.row]:
+                    continue
+                ratio = np.array([of.sigma[name][reading.row] if name in of.sigma else np.ones(len(reading.z))
+                                  for of in assumptions])  # fmt: skip
+                seen = p @ reading.h.T
+                s = reading.h @ seen + ratio[:, :, None] * reading.r * ratio[:, None, :]
+                value = reading.z - x @ reading.h.T
+                gain = np.linalg.solve(s, seen.transpose(0, 2, 1))
+                x = x + np.einsum("bkn,bk->bn", gain, value)
+                p = p - seen @ gain
+                p = 0.5 * (p + p.transpose(0, 2, 1))
+                kept[reading.sensor].append((reading.row, event.time, value, s))
+        return [_series(name, rows) for name, rows in zip(self.names, kept, strict=True) if rows]
+
+
+def _series(name: str, rows: list[tuple[int, float, Array, Array]]) -> Series:
+    row, time, value, s = zip(*rows, strict=True)
+    return Series(name, np.array(time), np.array(row), np.stack(value, axis=1), np.stack(s, axis=1))
+
+
+def _moved(p: Array, a: Array) -> Array:
+    """Return A P Aᵀ, (B, n, n), of which A has only a diagonal below the rows of navigation."""
+    top, diagonal = a[:CORE], a.diagonal()[CORE:]
+    half = np.empty_like(p)
+    half[:, :CORE] = top @ p
+    half[:, CORE:] = diagonal[:, None] * p[:, CORE:]
+    out = np.empty_like(p)
+    out[:, :, :CORE] = half @ top.T
+    out[:, :, CORE:] = half[:, :, CORE:] * diagonal
+    return out

@@ -1,0 +1,272 @@
+"""`sinssim tune`: noises of a filter by the likelihood of its innovations, with a held-out part that judges them.
+
+The filter runs over the data once, without a gate, and `linear_replay` gives the innovations with other noises. The
+first part of the data determines the keys; the rest, which they never saw, judges them. Measurements beyond the bound
+of one in ten thousand are left out and the rest is fitted again, since a few outliers would decide a noise. If a noise
+changes by more than a third, the filter runs again about the better estimate.
+
+A key is refused if the likelihood is flat along it: its 95 % interval is wider than a factor of a hundred. Where it is
+flat to one side only, the limit of the other side is given, at which L, with the other keys fitted, has fallen by 1.35
+(one-sided, χ² of one degree of freedom).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from sinssim.analyses.filter_tuning.linear_replay import Assumptions, Series, densities_of
+from sinssim.analyses.filter_tuning.maximum_likelihood import Maximum, log_likelihood, maximum
+from sinssim.analyses.filter_tuning.tuning_data import TuningData, starts_of
+from sinssim.analyses.filter_tuning.tuning_result import Judged, Tuned, TuningResult
+from sinssim.data import Array
+from sinssim.errors import InputError
+from sinssim.formatting import number_text
+from sinssim.progress import Progress, silent
+
+HELD_OUT = 1.0 / 3.0
+"""Share of the data, at its end, that judges the keys by default."""
+
+OUTLIER = 1e-4
+"""Probability of a correct measurement beyond which one is an outlier."""
+
+_LEAST = math.log(1e-7)
+"""Logarithm of the least noise over that to begin with."""
+
+_WIDE = math.log(100.0) / (2.0 * 1.96)
+"""1σ of the logarithm from which the data cannot tell a noise: its 95 % interval spans a factor of a hundred."""
+
+_GRID, _STRIDE = 0.25, 2
+"""Steps of the logarithm by which one-sided limits are sought, and how many of them at once with the others fitted."""
+
+_FALL = 1.3528
+"""Fall of L at a one-sided limit of 95 %: half of χ² of one degree of freedom at 90 %."""
+
+_AGAIN, _ROUNDS = 0.3, 4
+"""Change of the logarithm of a noise beyond which the filter runs again; most fits with fresh outliers left out."""
+
+
+class _Pass:
+    """A pass of the filter, with its replays for logarithms of values over those to begin with."""
+
+    def __init__(self, data: TuningData, start: Mapping[str, float], at: Array) -> None:
+        self._data, self._start = data, dict(start)
+        values = self.of(at)
+        self.line = data.run(values)
+        self._model, _ = data.assumed(values)
+        self._densities = densities_of(self._model)
+        self.most = np.array([data.most(key, value) for key, value in self._start.items()])
+        self.dropped = {
+            name: np.zeros(len(checked.data.time), dtype=bool)
+            for name, checked in zip(self.line.names, self.line.around.readings, strict=True)
+        }
+
+    def of(self, x: Array) -> dict[str, float]:
+        """Return the values for logarithms, (n,)."""
+        return {key: value * math.exp(of) for (key, value), of in zip(self._start.items(), x, strict=True)}
+
+    def _assumptions(self, x: Array) -> Assumptions:
+        model, readings = self._data.assumed(self.of(x))
+        if model.states != self._model.states or not np.array_equal(model.decay, self._model.decay):
+            raise InputError(f"{', '.join(self._start)} change the states of the filter: give noises alone.")
+        densities, before = densities_of(model), self._model.sigma
+        process = np.divide(densities, self._densities, out=np.ones_like(densities), where=self._densities > 0.0)
+        start = np.divide(model.sigma, before, out=np.ones_like(before), where=before > 0.0)
+        sigma = {}
+        for name, checked in zip(self.line.names, self.line.around.readings, strict=True):
+            if name in readings:
+                rows = np.searchsorted(readings[name].time, checked.data.time - 1e-9)
+                sigma[name] = readings[name].sigma[rows] / checked.data.sigma
+        return Assumptions(process, start, sigma)
+
+    def replay(self, sets: Array, until: float = math.inf) -> list[Series]:
+        """Return the innovations for B sets of logarithms, (B, n), until an instant, s."""
+        return self.line.replay([self._assumptions(x) for x in sets], self.dropped, until)
+
+    def drop_outliers(self, innovations: Sequence[Series]) -> bool:
+        """Leave out measurements that are too far off for chance; return whether there are new ones."""
+        fresh = False
+        for series in innovations:
+            nis = _nis(series)[0]
+            far, expected = nis > scipy.special.chdtri(series.value.shape[2], OUTLIER), OUTLIER * len(nis)
+            if np.count_nonzero(far) > expected + 3.0 * math.sqrt(expected) + 1.0:
+                self.dropped[series.sensor][series.row[far]] = fresh = True
+        return fresh
+
+
+def _nis(series: Series) -> Array:
+    solved = np.linalg.solve(series.covariance, series.value[..., None])[..., 0]
+    return np.asarray(np.einsum("bmk,bmk->bm", series.value, solved))
+
+
+def tune(
+    scenario: str | Path,
+    settings: Sequence[str] = (),
+    *,
+    keys: Sequence[str] = (),
+    held_out: float = HELD_OUT,
+    progress: Progress = silent,
+) -> TuningResult:
+    """Find the noises of a scenario's filter under which its innovations are most probable.
+
+    Args:
+        scenario: file or name of a scenario with a filter, simulated or with [log].
+        settings: settings "key=value" that replace values of the file.
+        keys: keys to tune, "key" or "key=value" with a value to begin with; by default those that matter.
+        held_out: share of the data, at its end, that judges the values, 0 … 0.9.
+        progress: function that is called with the work and the fraction done.
+
+    Returns:
+        The values with their 95 % intervals, and how the held-out part judges them.
+
+    Raises:
+        InputError: there is no filter, or a key is no noise of it.
+        RunError: the filter diverges.
+    """
+    if not 0.0 <= held_out <= 0.9:
+        raise InputError(f"held_out = {held_out:g} must be between 0 and 0.9.")
+    progress("Reading", 0.0)
+    data = TuningData(str(scenario), settings)
+    start = starts_of(data, keys)
+    at, passes, replays = np.zeros(len(start)), 0, 0
+    for begin in (0.05, 0.5):
+        progress("Filtering", begin)
+        line, passes = _Pass(data, start, at), passes + 1
+        if not line.line.events:
+            raise InputError(f"{scenario} has no measurements to tune the filter by.")
+        first, last = line.line.events[0].time, line.line.events[-1].time
+        split = first + (1.0 - held_out) * (last - first)
+        fitted = _fit(line, at, split, partial(_fitting, progress, begin + 0.05))
+        replays += fitted.steps
+        if np.max(np.abs(fitted.x - at), initial=0.0) < _AGAIN:
+            break
+        at = fitted.x
+    tuned, fitted, more = _decided(line, start, fitted, split)
+    outliers = {name: int(rows.sum()) for name, rows in line.dropped.items() if rows.any()}
+    progress("Judging", 0.97)
+    gain, judged = _judged(line, fitted.x, split)
+    progress("Done", 1.0)
+    return TuningResult(
+        str(scenario), tuple(settings), data.prepared is None, tuned, outliers, split, last, gain, judged,
+        (passes, replays + more),
+    )  # fmt: skip
+
+
+def _fitting(progress: Progress, begin: float, count: int) -> None:
+    progress("Fitting", begin + 0.4 * count / (count + 10.0))
+
+
+def _fit(
+    line: _Pass, at: Array, split: float, progress: Callable[[int], None], free: NDArray[np.bool_] | None = None,
+    *, outliers: bool = True,
+) -> Maximum:  # fmt: skip
+    """Fit the free logarithms from a start, all by default, and leave out `outliers`."""
+    free = np.ones(len(at), dtype=bool) if free is None else free
+
+    def replay(sets: Array) -> list[Series]:
+        whole = np.tile(at, (len(sets), 1))
+        whole[:, free] = sets
+        return line.replay(whole, split)
+
+    low, high = np.full(int(free.sum()), _LEAST), line.most[free]
+    steps, here = 0, at[free]
+    for _ in range(_ROUNDS):
+        best = maximum(replay, here, low, high, progress)
+        steps, here = steps + best.steps, best.x
+        if not (outliers and line.drop_outliers(best.innovations)):
+            break
+    x, sigma = at.copy(), np.full(len(at), math.inf)
+    x[free], sigma[free] = best.x, best.sigma
+    return Maximum(x, best.value, sigma, best.innovations, steps)
+
+
+def _decided(
+    line: _Pass, start: Mapping[str, float], fitted: Maximum, split: float
+) -> tuple[tuple[Tuned, ...], Maximum, int]:
+    """Refuse the keys that the data cannot tell, one after the other, and fit the others again.
+
+    A refused key stays, unless the data exclude its value: then it takes the limit that it exceeds.
+    """
+    count, free, limits = 0, np.ones(len(start), dtype=bool), dict[int, tuple[float, float]]()
+    while free.any():
+        worst = int(np.argmax(np.where(free, fitted.sigma, -1.0)))
+        if fitted.sigma[worst] <= _WIDE:
+            break
+        low, high, more = _one_sided(line, fitted, worst, split, free)
+        free[worst], limits[worst], at = False, (low, high), fitted.x.copy()
+        at[worst] = min(max(0.0, low), high)
+        fitted = _fit(line, at, split, lambda _: None, free)
+        count += more + fitted.steps
+    tuned = []
+    for k, (key, value) in enumerate(start.items()):
+        if free[k]:
+            half = 1.96 * float(fitted.sigma[k])
+            low, high = fitted.x[k] - half, fitted.x[k] + half
+        else:
+            low, high = limits[k]
+        refused = "" if free[k] or not low <= 0.0 <= high else _refusal(key, value, low, high)
+        best, least, most = (value * math.exp(end) for end in (fitted.x[k], low, high))
+        tuned.append(Tuned(key, value, best, least, most, refused))
+    return tuple(tuned), fitted, count
+
+
+def _refusal(key: str, value: float, low: float, high: float) -> str:
+    text = f"the data cannot tell {key}"
+    if math.isinf(low) and math.isinf(high):
+        return f"{text}: far smaller and far larger values are as probable"
+    if math.isinf(low):
+        return f"{text} from zero: it is at most {number_text(value * math.exp(high), 3)} (95 %)"
+    if math.isinf(high):
+        return f"{text} from far larger values: it is at least {number_text(value * math.exp(low), 3)} (95 %)"
+    return f"{text}: its 95 % interval spans more than a factor of a hundred"
+
+
+def _one_sided(line: _Pass, fitted: Maximum, k: int, split: float, free: NDArray[np.bool_]) -> tuple[float, float, int]:
+    """Return the logarithms of one key at which L has fallen by `_FALL` on each side, and the replays.
+
+    L is the largest one for the other free keys. A limit is infinite where it does not fall so far.
+    """
+    grid = np.arange(-_GRID * math.ceil(-_LEAST / _GRID), line.most[k] + 1e-9, _GRID)
+    sets = np.tile(fitted.x, (len(grid), 1))
+    sets[:, k] = grid
+    alone = log_likelihood(line.replay(sets, split))  # the others unchanged: a limit is not nearer
+    top = max(fitted.value, float(alone.max()))
+    likely = np.flatnonzero(alone > top - _FALL)
+    others, count, limits = free & (np.arange(len(free)) != k), 1, []
+    for sign, first in ((-1, int(likely[0]) if len(likely) else 0), (1, int(likely[-1]) if len(likely) else 0)):
+        limit = sign * math.inf
+        for j in range(first + sign, len(grid) if sign > 0 else -1, sign * _STRIDE):
+            sets[j] = fitted.x
+            sets[j, k] = grid[j]
+            there = _fit(line, sets[j], split, lambda _: None, others, outliers=False)
+            count += there.steps
+            if there.value < top - _FALL:
+                limit = float(grid[j])
+                break
+        limits.append(limit)
+    return limits[0], limits[1], count
+
+
+def _judged(line: _Pass, x: Array, split: float) -> tuple[float, tuple[Judged, ...]]:
+    """Judge values by the held-out part, whose outliers with them are left out."""
+    line.drop_outliers([_later(of, split) for of in line.replay(x[None])])
+    both = [part for of in line.replay(np.vstack([0.0 * x, x])) if len((part := _later(of, split)).time)]
+    if not both:
+        return math.nan, ()
+    before, after = log_likelihood(both)
+    judged = []
+    for of in both:
+        sums, components = _nis(of).sum(axis=1), of.value.shape[1] * of.value.shape[2]
+        judged.append(Judged(of.sensor, len(of.time), *(float(total) / components for total in sums)))
+    return 2.0 * float(after - before), tuple(judged)
+
+
+def _later(series: Series, split: float) -> Series:
+    rows = series.time > split
+    return Series(series.sensor, series.time[rows], series.row[rows], series.value[:, rows], series.covariance[:, rows])
