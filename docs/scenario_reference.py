@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from sinssim.scenario.schema import Key, KeyTable, key_tables, toml_lines
 from sinssim.truth.flight.legs import LEGS
+from sinssim.truth.motions.multirotor import MultirotorLeg
 from sinssim.truth.motions.rocket import Stage
 from sinssim.truth.motions.surface_vehicles import Stop, Straight, Turn
 from sinssim.truth.motions.walk import StandingWalk, StraightWalk, TurningWalk
@@ -241,7 +242,18 @@ CHOSEN = {
 }
 
 LEG_EXAMPLES: dict[str, dict[str, Any]] = {
-    leg.__name__: leg.example for leg in (*LEGS, Straight, Turn, Stop, StraightWalk, TurningWalk, StandingWalk, Stage)
+    leg.__name__: leg.example
+    for leg in (
+        *LEGS,
+        Straight,
+        Turn,
+        Stop,
+        StraightWalk,
+        TurningWalk,
+        StandingWalk,
+        Stage,
+        *get_args(get_args(MultirotorLeg)[0]),
+    )
 } | {
     "Normal": {"key": "navigation.initial_error.heading_arcmin", "mean": 0.0, "sigma": 3.0},
     "Uniform": {"key": "imu.temperature_start_c", "low": -20.0, "high": 40.0},
@@ -267,7 +279,7 @@ TITLES = {
     "flight": "Flight",
     "parked": "Parked vehicle",
     "great_circle": "Great-circle motion",
-    "motion": "Motion in closed form for tests of algorithms, or a walk",
+    "motion": "Motion in closed form for tests of algorithms, a walk, a multirotor",
     "track": "Recorded or planned track",
     "drive": "Drive on a road",
     "voyage": "Voyage of a ship",

@@ -46,6 +46,7 @@ from sinssim.truth.flight.flight import Flight
 from sinssim.truth.motion import TrueEarth
 from sinssim.truth.motions.analytic import ClosedFormMotion
 from sinssim.truth.motions.coning_and_rocking import ConingMotion, ScullingMotion, SpinConeMotion, SpinRockMotion
+from sinssim.truth.motions.multirotor import MultirotorMotion
 from sinssim.truth.motions.parked_and_great_circle import GreatCircleFlight, ParkedVehicle
 from sinssim.truth.motions.rocket import Rocket
 from sinssim.truth.motions.surface_vehicles import Drive, Voyage
@@ -98,7 +99,13 @@ def _the_only_one(given: tuple[Given, ...]) -> Given:
 
 
 AnyClosedForm = Annotated[
-    ConingMotion | ScullingMotion | SpinConeMotion | SpinRockMotion | RotationTableMotion | WalkMotion,
+    ConingMotion
+    | ScullingMotion
+    | SpinConeMotion
+    | SpinRockMotion
+    | RotationTableMotion
+    | WalkMotion
+    | MultirotorMotion,
     Field(discriminator="type"),
 ]
 """The table [motion], by its key `type`."""

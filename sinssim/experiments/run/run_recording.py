@@ -19,6 +19,7 @@ from sinssim.recording.rerun.scene import Scene
 from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import RowNumbers, thinned
 from sinssim.recording.track_map import coasts_about
+from sinssim.truth.motions.multirotor import MultirotorMotion
 from sinssim.truth.motions.walk import WalkMotion
 from sinssim.truth.sampling import FlightEvent
 
@@ -78,7 +79,7 @@ _Surface = tuple[Array, NDArray[np.int64], Array]
 
 PATHS = {
     "aircraft": "Flight path", "land": "Path of the car", "sea": "Path of the ship", "foot": "Path of the walker",
-    "rocket": "Trajectory of the rocket",
+    "rocket": "Trajectory of the rocket", "multirotor": "Path of the multirotor",
     "": "Path of the vehicle",
 }  # fmt: skip
 """Title of the path of each kind of vehicle; "" is a vehicle of unknown kind."""
@@ -95,6 +96,8 @@ def kind_of(scenario: Scenario) -> str:
         return "land"
     if isinstance(scenario.motion, WalkMotion):
         return "foot"
+    if isinstance(scenario.motion, MultirotorMotion):
+        return "multirotor"
     if scenario.rocket is not None:
         return "rocket"
     return "sea" if scenario.voyage is not None else ""
@@ -109,7 +112,15 @@ def vehicle_mesh(kind: str) -> tuple[Array, NDArray[np.uint32], Array]:
     Returns:
         Vertices (V, 3), triangles (T, 3), brightness of each vertex (V,), 0…1.
     """
-    surfaces = {"aircraft": _aircraft, "land": _car, "sea": _ship, "foot": _shoe, "rocket": _rocket, "": _block}[kind]()
+    surfaces = {
+        "aircraft": _aircraft,
+        "land": _car,
+        "sea": _ship,
+        "foot": _shoe,
+        "rocket": _rocket,
+        "multirotor": _multirotor,
+        "": _block,
+    }[kind]()
     first = np.cumsum([0, *(len(s[0]) for s in surfaces[:-1])])
     return (
         np.concatenate([vertices for vertices, _, _ in surfaces]),
@@ -167,6 +178,18 @@ def _rocket() -> list[_Surface]:
         upright = [_fin(-0.4, -0.5, 0.03 * side, 0.004), _fin(-0.46, -0.5, 0.13 * side, 0.002)]
         surfaces += [_loft(level, 0.8), _loft(upright, 0.7)]
     return surfaces
+
+
+def _multirotor() -> list[_Surface]:
+    """Return body and four rotors; the body points ahead."""
+    body = [_rectangle(0.5, 0.02, -0.02, 0.02), _rectangle(0.2, 0.1, -0.06, 0.05), _rectangle(-0.25, 0.1, -0.06, 0.05)]
+    rotors = []
+    for x in (0.25, -0.3):
+        vertices, triangles, shade = _loft(
+            [_deck(x + 0.2, x - 0.2, 0.2, -0.09), _deck(x + 0.2, x - 0.2, 0.2, -0.1)], 0.5
+        )
+        rotors += [(vertices + np.array([0.0, y, 0.0]), triangles, shade) for y in (0.28, -0.28)]
+    return [_loft(body, 0.9), *rotors]
 
 
 def _block() -> list[_Surface]:

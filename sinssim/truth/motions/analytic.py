@@ -111,6 +111,29 @@ class TurnsOnly:
         return np.zeros((len(left), 3))
 
 
+class ByQuadrature:
+    """An analytic motion whose increments are integrals to rounding of its rate and acceleration, over consecutive
+    intervals."""
+
+    fastest: float
+    breaks: Array
+
+    if TYPE_CHECKING:  # see `AnalyticMotion`
+
+        def attitude(self, t: Array) -> Array: ...
+        def rate(self, t: Array) -> Array: ...
+        def place(self, t: Array) -> tuple[Array, Array, Array]: ...
+
+    def turn(self, left: Array, right: Array) -> Array:
+        return integrate_samples(self.rate, np.append(left, right[-1:]), self.fastest, self.breaks, 3)
+
+    def push(self, left: Array, right: Array) -> Array:
+        def force(t: Array) -> Array:
+            return np.asarray(rotation.rotate(rotation.conjugate(self.attitude(t)), self.place(t)[2]))
+
+        return integrate_samples(force, np.append(left, right[-1:]), self.fastest, self.breaks, 3)
+
+
 def inertial_increments(motion: AnalyticMotion, rate_hz: float, duration: float) -> ImuData:
     """Return a motion's increments in inertial space without gravity, in closed form (the motion, from time 0)."""
     _check_motion(motion)

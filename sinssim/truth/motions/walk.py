@@ -32,8 +32,8 @@ from sinssim import rotation
 from sinssim.data import Array
 from sinssim.toml_section import A_TURN, Section
 from sinssim.truth.motion import Mounting, TrueEarth, attitude
-from sinssim.truth.motions.analytic import ClosedFormMotion, OnEarth
-from sinssim.truth.sampling import FlightEvent, integrate_samples
+from sinssim.truth.motions.analytic import ByQuadrature, ClosedFormMotion, OnEarth
+from sinssim.truth.sampling import FlightEvent
 from sinssim.truth.trajectory import Trajectory
 from sinssim.units import DEG, G0
 
@@ -99,7 +99,7 @@ _LARGEST, _FASTEST = (float(np.abs(values).max()) for values in _pitching(np.lin
 """Largest pitch of a swing, in units of A, and its largest derivative by u."""
 
 
-class Walk:
+class Walk(ByQuadrature):
     """The motion of a shoe over its swings; see the module's text.
 
     Args:
@@ -161,17 +161,6 @@ class Walk:
             for down, derivative, order in zip((r, v, a), _bump(x), range(3), strict=True):
                 down[:, 2] += depth * moves * derivative / lasting**order
         return r, v, a
-
-    def turn(self, left: Array, right: Array) -> Array:
-        return integrate_samples(self.rate, np.append(left, right[-1:]), self.fastest, self.breaks, 3)
-
-    def push(self, left: Array, right: Array) -> Array:
-        """Return ∫C_bm r̈ dt over consecutive intervals; see `AnalyticMotion.push`."""
-
-        def force(t: Array) -> Array:
-            return np.asarray(rotation.rotate(rotation.conjugate(self.attitude(t)), self.place(t)[2]))
-
-        return integrate_samples(force, np.append(left, right[-1:]), self.fastest, self.breaks, 3)
 
 
 class WalkMotion(ClosedFormMotion):

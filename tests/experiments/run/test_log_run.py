@@ -235,6 +235,7 @@ def test_a_vehicle_is_closed_and_as_long_as_it_says(kind):
         ("delivery_drive", "land"),
         ("sea_voyage", "sea"),
         ("foot_walk", "foot"),
+        ("survey_drone", "multirotor"),
         ("rotating_unit", ""),
     ],
 )

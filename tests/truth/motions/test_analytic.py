@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from sinssim.errors import InputError
 from sinssim.truth.motions.analytic import AnalyticMotion, OnEarth, inertial_increments
 from sinssim.truth.motions.coning_and_rocking import Sculling, SpinCone, SpinRock, classical_cone
+from sinssim.truth.motions.multirotor import MultirotorMotion
 from sinssim.truth.motions.turntable import Dwell, RotationTable, Turn
 from sinssim.truth.motions.walk import WalkMotion
 from tests.oracles import integrator as oracle
@@ -43,6 +44,20 @@ MOTIONS: dict[str, AnalyticMotion] = {
     "walk": WalkMotion.model_validate(
         {"type": "walk", "legs": [{"type": "turn", "angle_deg": 70.0}, {"type": "straight", "distance_m": 2.5}]}
     ).motion(seed=5),
+    "multirotor": MultirotorMotion.model_validate(
+        {
+            "type": "multirotor",
+            "acceleration_mps2": 4.0,
+            "speed_mps": 4.0,
+            "climb_mps": 4.0,
+            "drag_per_s": 0.3,
+            "legs": [
+                {"type": "take_off", "height_m": 2.0},
+                {"type": "orbit", "angle_deg": 80.0, "radius_m": 3.0},
+                {"type": "fly_to", "north_m": 8.0, "east_m": 1.0, "height_m": 3.0},
+            ],
+        }
+    ).motion(),
 }
 DURATION = 4.0
 

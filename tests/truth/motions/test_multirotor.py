@@ -1,0 +1,104 @@
+"""A multirotor: the push of its rotors, times and places by hand, rest on the ground, closure, refusals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from sinssim.errors import InputError
+from sinssim.rotation.quaternions import euler_from_quaternion
+from sinssim.scenario import load_scenario
+from sinssim.truth.motions.multirotor import MultirotorMotion
+from sinssim.units import G0
+from tests.truth.test_independent_integration import closure
+
+UP = {"type": "take_off", "height_m": 20.0}
+
+
+def multirotor(*legs: dict[str, Any], **keys: Any) -> MultirotorMotion:
+    return MultirotorMotion.model_validate({"type": "multirotor", "legs": list(legs), **keys})
+
+
+def test_rotors_push_along_the_body_and_air_brakes() -> None:
+    """r̈ − g + c ṙ has no component across the rotors, also while it turns; in steady flight tan θ = −c v/g."""
+    section = multirotor(
+        UP, {"type": "fly_to", "north_m": 120.0, "east_m": 0.0}, {"type": "orbit", "angle_deg": -200.0},
+        {"type": "yaw", "angle_deg": 50.0}, drag_per_s=0.3, heading_deg=25.0,
+    )  # fmt: skip
+    motion = section.motion()
+    time = np.linspace(0.0, section.duration_s, 2001)
+    _, v, a = motion.place(time)
+    attitude = Rotation.from_quat(motion.attitude(time), scalar_first=True)
+    force = attitude.inv().apply(a + 0.3 * v - [0.0, 0.0, G0])
+    np.testing.assert_allclose(force[:, :2], 0.0, atol=1e-12)
+    assert (force[:, 2] < 0.0).all()
+    # 120 m at 8 m/s with 1.5 m/s²: in the middle it flies steadily to the north
+    middle = np.argmin(np.abs(time - (section._plan.events[2].time + 0.5 * (120.0 / 8.0 + 8.0 / 1.5))))
+    down = attitude[middle].apply([0.0, 0.0, 1.0])
+    np.testing.assert_allclose(down[:2] / down[2], [-0.3 * 8.0 / G0, 0.0], atol=1e-9)
+    assert np.linalg.norm(v, axis=1).max() == pytest.approx(8.0, abs=1e-9)
+    assert np.abs(a).max() < 2.0 * 1.5 + 8.0**2 / 30.0
+    assert np.degrees(np.abs(motion.rate(time)[time > section._plan.events[6].time, 2]).max()) == pytest.approx(
+        60.0, rel=1e-3
+    )
+
+
+def test_legs_lead_where_they_say_and_last_as_long() -> None:
+    """By hand: 20 m at 2 m/s, s/v + v/a; a grid of five lines; an arc of a quarter turn."""
+    section = multirotor(
+        {"type": "stop", "duration_s": 3.0}, UP,
+        {"type": "survey", "length_m": 100.0, "width_m": 40.0, "spacing_m": 10.0},
+        {"type": "orbit", "angle_deg": 90.0, "radius_m": 20.0},
+        {"type": "fly_to", "north_m": 0.0, "east_m": 0.0, "height_m": 30.0}, {"type": "land"},
+    )  # fmt: skip
+    events = [event.time for event in section.trajectory().events]
+    climb = 20.0 / 2.0 + 2.0 / 1.5
+    short = 2.0 * np.sqrt(10.0 / 1.5)  # 10 m to the next line, too short for 8 m/s
+    grid = 5 * (100.0 / 8.0 + 8.0 / 1.5) + 4 * short
+    arc = 10.0 * np.pi / 8.0 + 8.0 / 1.5 if 10.0 * np.pi > 64.0 / 1.5 else 2.0 * np.sqrt(10.0 * np.pi / 1.5)
+    assert np.diff(events)[::2][:4] == pytest.approx([3.0, climb, grid, arc])
+    motion = section.motion()
+    place = motion.place(np.array(events))[0]
+    np.testing.assert_allclose(place[3], [0.0, 0.0, -20.0], atol=1e-12)
+    np.testing.assert_allclose(place[5], [100.0, 40.0, -20.0], atol=1e-9)  # an odd number of lines ends far away
+    np.testing.assert_allclose(place[7], [120.0, 60.0, -20.0], atol=1e-9)
+    np.testing.assert_allclose(place[9], [0.0, 0.0, -30.0], atol=1e-9)
+    np.testing.assert_allclose(place[11], 0.0, atol=1e-9)
+    assert np.degrees(euler_from_quaternion(motion.attitude(np.array(events)))[2])[[5, 7, 11]] == pytest.approx(
+        [0, 90, 90]
+    )
+    within = motion.place(np.linspace(events[4], events[5], 4001))[0]
+    assert sorted({round(float(y), 6) for x, y, _ in within if 5.0 < x < 95.0}) == [0.0, 10.0, 20.0, 30.0, 40.0]
+
+
+def test_it_stands_level_on_the_ground_and_closes() -> None:
+    section = multirotor(
+        {"type": "stop", "duration_s": 2.0}, UP, {"type": "orbit", "angle_deg": 90.0}, heading_deg=70.0
+    )
+    motion = section.trajectory()
+    state = motion.state(np.array([0.0, 1.9]))
+    assert np.abs(state.velocity_ned).max() == 0.0
+    np.testing.assert_allclose(np.degrees(euler_from_quaternion(state.q_nb))[:, 0], [0.0, 0.0, 70.0], atol=1e-12)
+    horizontal, attitude = closure(motion, 400.0)
+    assert horizontal < 1e-5
+    assert attitude < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        (["motion.pitch_deg=3.0"], "pitch_deg has no meaning for a multirotor"),
+        (["motion.acceleration_mps2=5.0"], "acceleration_mps2 = 5: the rotors would have to push downwards"),
+        (
+            ["motion.legs=[{type='land'}]"],
+            r"legs\.1 \(land\): a multirotor takes off, flies, lands, and stops on the ground",
+        ),
+        (["motion.legs=[{type='yaw', angle_deg=0.0}]"], "0 is no turn"),
+    ],
+)
+def test_what_no_multirotor_does_is_refused(settings: list[str], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        load_scenario("survey_drone", settings)
