@@ -176,7 +176,8 @@ def integrate_samples(
     length = np.repeat(np.diff(corners) / parts, parts)
     within = np.arange(len(length)) - np.repeat(np.cumsum(parts) - parts, parts)
     left = np.repeat(corners[:-1], parts) + within * length
-    sample = np.searchsorted(edges, left + 0.5 * length, side="right") - 1
+    # a break may lie within rounding of the last edge
+    sample = np.minimum(np.searchsorted(edges, left + 0.5 * length, side="right") - 1, len(edges) - 2)
 
     nodes, weights = np.polynomial.legendre.leggauss(points)
     totals = np.zeros((len(edges) - 1, columns))

@@ -11,7 +11,14 @@ import pytest
 from sinssim.data import NavState
 from sinssim.errors import InputError
 from sinssim.truth import sampling
-from sinssim.truth.sampling import check_instants, checked_place, in_blocks, part_by_part, sample_edges
+from sinssim.truth.sampling import (
+    check_instants,
+    checked_place,
+    in_blocks,
+    integrate_samples,
+    part_by_part,
+    sample_edges,
+)  # fmt: skip
 
 
 def test_edges_begin_at_the_start_and_fit() -> None:
@@ -90,3 +97,10 @@ def test_blocks_cover_all_items_once(
 
     in_blocks(count, work)
     assert sorted(done) == blocks
+
+
+def test_a_break_within_rounding_of_the_last_edge_belongs_to_the_last_sample() -> None:
+    """The integral of 1 over each interval is its length."""
+    edges = np.arange(2101) / 10.0
+    whole = integrate_samples(lambda t: np.ones((len(t), 1)), edges, 1.0, [np.nextafter(210.0, 0.0)], 1)
+    np.testing.assert_allclose(whole[:, 0], np.diff(edges), rtol=1e-12)

@@ -50,6 +50,8 @@ SPACE_M = 100e3
 _RELEASE_S, _SPIN_UP_S = 1.0, 10.0
 _LONGEST_S = 3.0 * 3600.0
 """Time after which a rocket without a duration has to be back, s."""
+_LIGHTEST = 10.0
+"""Least payload per drag area, kg/m²: a lighter one is braked so fast that the integration takes too long."""
 _STEP_S, _SPACE_STEP_S = 0.5, 20.0
 _RELATIVE, _ABSOLUTE = 1e-13, 1e-10
 """Tolerances of the integration."""
@@ -134,6 +136,9 @@ class Rocket(PlacedMotion):
         (lambda s: next((time for (before, _), (time, _) in zip(((0.0, 0.0), *s.program), s.program, strict=False)
                          if time <= before), None) is not None,
          "program: its times must increase, from above 0; here they are {s.program_times}"),
+        (lambda s: s.payload_kg < _LIGHTEST * s.drag_area and s.drag_area,
+         "payload_kg = {s.payload_kg:g} is too light for a drag area of {it:.3g} m², π/4 diameter_m² drag_coefficient: "
+         "give 10 kg/m² or more"),
         (lambda s: s.duration_s is not None and s.duration_s <= s.pad_s,
          "duration_s = {s.duration_s:g} must exceed pad_s = {s.pad_s:g}: the run would end on the pad"),
     )  # fmt: skip
@@ -142,6 +147,11 @@ class Rocket(PlacedMotion):
     def mass_kg(self) -> float:
         """Mass at lift-off, kg."""
         return self.payload_kg + sum(stage.propellant_kg + stage.structure_kg for stage in self.stages)
+
+    @property
+    def drag_area(self) -> float:
+        """C_D A, m²."""
+        return 0.25 * np.pi * self.diameter_m**2 * self.drag_coefficient
 
     @property
     def program_times(self) -> str:
@@ -204,7 +214,7 @@ class RocketFlight(ClosedForm):
         heading = rotation.quaternion_from_euler(0.0, 0.0, rocket.heading_deg * DEG)
         self._q_pad = rotation.multiply(sinssim.earth.q_en(latitude, longitude), heading)
         self._origin = self._turned(self._pad[None], np.array([-self._lift_off]))[0]
-        self._area = 0.25 * np.pi * rocket.diameter_m**2 * rocket.drag_coefficient
+        self._area = rocket.drag_area
         # times, elevations and their changes of the parts of the program
         self._program = np.array([(0.0, rocket.elevation_deg), *rocket.program]) * [1.0, DEG]
         self._program[:, 0] += self._lift_off

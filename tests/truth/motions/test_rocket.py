@@ -207,6 +207,10 @@ def test_defaults_have_no_air_and_a_run_ends_well() -> None:
             r"ignition_s = 3: the rocket lifts off with the ignition of its first stage",
         ),
         (["rocket.program=[[60.0, 80.0], [15.0, 84.0]]"], r"program: its times must increase.*they are 60, 15"),
+        (
+            ["rocket.diameter_m=10.0"],
+            r"payload_kg = 300 is too light for a drag area of 39\.3 m².*give 10 kg/m² or more",
+        ),
         (["rocket.duration_s=50.0"], r"duration_s = 50 must exceed pad_s = 60"),
         (["navigation.vertical=baro-loop"], r'"baro-loop" has no meaning for \[rocket\], which leaves the air'),
         (["aiding.baro.rate_hz=1.0"], r"\[aiding\.baro\] senses the air, which \[rocket\] leaves"),

@@ -117,6 +117,22 @@ def test_rest_on_foot_is_detected_and_holds_the_error() -> None:
     assert run.summary["filter"]["aided"]["max_horizontal_error_m"] < 0.6  # 2 % of the way
 
 
+@pytest.mark.parametrize(
+    ("leg", "keys"),
+    [
+        ({"type": "turn", "angle_deg": 3600.0, "radius_m": 0.3}, {}),
+        ({"type": "straight", "distance_m": 30.0}, {"stride_s": 10.0, "stance": 0.05, "swing_deg_s": 30.0}),
+        ({"type": "stop", "duration_s": 5.0}, {}),
+    ],
+)
+def test_a_walk_may_end_within_rounding_of_a_sample(leg: dict[str, Any], keys: dict[str, float]) -> None:
+    """The last swing ends at a multiple of a sample but for 1e-14 s."""
+    motion = walk(leg, **keys).trajectory(seed=1)
+    imu = motion.increments(100.0)
+    assert np.isfinite(imu.dvel).all()
+    assert imu.time[-1] == pytest.approx(motion.end, abs=0.01)
+
+
 def test_foot_walk_is_a_closed_kilometre() -> None:
     scenario = load_scenario("foot_walk")
     assert isinstance(scenario.motion, WalkMotion)
