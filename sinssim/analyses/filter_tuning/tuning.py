@@ -176,10 +176,10 @@ def _fit(
 
     low, high = np.full(int(free.sum()), _LEAST), line.most[free]
     steps, here = 0, at[free]
-    for _ in range(_ROUNDS):
+    for last in (*[not outliers] * (_ROUNDS - 1), True):
         best = maximum(replay, here, low, high, progress)
         steps, here = steps + best.steps, best.x
-        if not (outliers and line.drop_outliers(best.innovations)):
+        if last or not line.drop_outliers(best.innovations):
             break
     x, sigma = at.copy(), np.full(len(at), math.inf)
     x[free], sigma[free] = best.x, best.sigma
@@ -236,10 +236,10 @@ def _one_sided(line: _Pass, fitted: Maximum, k: int, split: float, free: NDArray
     sets = np.tile(fitted.x, (len(grid), 1))
     sets[:, k] = grid
     alone = log_likelihood(line.replay(sets, split))  # the others unchanged: a limit is not nearer
-    top = max(fitted.value, float(alone.max()))
+    top = float(alone.max())
     likely = np.flatnonzero(alone > top - _FALL)
     others, count, limits = free & (np.arange(len(free)) != k), 1, []
-    for sign, first in ((-1, int(likely[0]) if len(likely) else 0), (1, int(likely[-1]) if len(likely) else 0)):
+    for sign, first in ((-1, int(likely[0])), (1, int(likely[-1]))):
         limit = sign * math.inf
         for j in range(first + sign, len(grid) if sign > 0 else -1, sign * _STRIDE):
             sets[j] = fitted.x

@@ -76,6 +76,16 @@ def test_a_noise_that_the_data_cannot_tell(tmp_path: Path) -> None:
     assert "The data determine none of the keys." in text_of(result)
 
 
+def test_a_noise_that_the_data_exclude_takes_the_limit(tmp_path: Path) -> None:
+    """An instability of 5000 °/h would show at once; zero is as probable as the true 2 °/h, and more."""
+    key = "imu.gyro_instability_deg_h"
+    (of,) = tune(written(tmp_path, 60.0), keys=[f"{key}=5000"], held_out=0.0).keys
+    assert of.refused == ""
+    assert of.low == 0.0
+    assert 2.0 < of.value < 2000.0
+    assert of.value == pytest.approx(of.high)
+
+
 RESULT = TuningResult(
     "a b.toml", ("seed=3", "log.gnss.sigma_factor=9"), True,
     (Tuned("log.gnss.sigma_factor", 9.0, 0.41234, 0.39, 0.43), Tuned("imu.a", 1.0, 1.0, 0.0, np.inf, "the data cannot"),
