@@ -81,8 +81,8 @@ def sources_of(model: ErrorModel) -> dict[str, list[int]]:
 
 def densities_of(model: ErrorModel) -> Array:
     """Return the spectral densities of the sources, of blocks the mean over their states, (J,)."""
-    own = model.density**2 + 2.0 * model.sigma**2 * model.per_metre
-    of_blocks = [float(np.mean(own[states])) for states in list(sources_of(model).values())[2:]]
+    driven = model.density**2 + 2.0 * model.sigma**2 * model.per_metre
+    of_blocks = [float(np.mean(driven[states])) for states in list(sources_of(model).values())[2:]]
     return np.array([model.gyro_noise**2, model.accel_noise**2, *of_blocks])
 
 

@@ -103,9 +103,9 @@ class TuningData:
                 sensed = sense_recorded(scenario, RecordedMotion(prepared, None))
                 estimate = aid_recorded(prepared, sensed.imu, recorded_start(scenario, sensed), history=False)
             else:
-                told = {of.measurements.label: of.measurements.sigma for of in self._readings(scenario, values)}
+                sigma = {of.measurements.label: of.measurements.sigma for of in self._readings(scenario, values)}
                 aiding = tuple(
-                    replace(of, measurements=replace(of.measurements, sigma=told[of.measurements.label]))
+                    replace(of, measurements=replace(of.measurements, sigma=sigma[of.measurements.label]))
                     for of in self._aiding
                 )
                 assert self._sensed.errors is not None  # those of simulated sensors are known
@@ -131,8 +131,8 @@ class TuningData:
             return model, {}
         if of_readings not in (there for there, _ in self._known):  # the sets of a step differ in one key
             factor = filter_of(scenario).measurement_noise_factor
-            told = (of.measurements for of in self._readings(scenario, values))
-            self._known.append((of_readings, {m.label: replace(m, sigma=factor * m.sigma) for m in told}))
+            measurements = (of.measurements for of in self._readings(scenario, values))
+            self._known.append((of_readings, {m.label: replace(m, sigma=factor * m.sigma) for m in measurements}))
         return model, next(readings for there, readings in self._known if there == of_readings)
 
     def _readings(self, scenario: Scenario, values: Mapping[str, float]) -> Sequence[AidingReadings]:
@@ -202,11 +202,11 @@ def _number(text: str, value: str) -> float:
 
 
 def _matters(data: TuningData, key: str, value: float) -> bool:
-    (model, told), (other, louder) = (data.assumed({key: factor * value}) for factor in (1.0, 0.99))
+    (model, readings), (other, louder) = (data.assumed({key: factor * value}) for factor in (1.0, 0.99))
     return not (
         np.array_equal(model.sigma, other.sigma)
         and np.array_equal(densities_of(model), densities_of(other))
-        and all(np.array_equal(told[name].sigma, louder[name].sigma) for name in told)
+        and all(np.array_equal(readings[name].sigma, louder[name].sigma) for name in readings)
     )
 
 
