@@ -1,4 +1,4 @@
-"""All that a command gives, as text: what it prints, and the files that it writes, long arrays by a few of their values.
+"""All that a command gives, as text: what it prints, and the files that it writes, arrays by a few of their values.
 
 Two such texts are compared word for word; numbers may differ as far as another processor computes them differently.
 """
@@ -81,7 +81,7 @@ def _short(value: Any) -> str:
     if isinstance(value, list | tuple | np.ndarray):
         return f"[{_few(value)}]"
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{key} {_short(item)}" for key, item in value.items()) + "}"
+        return ", ".join(f"{key} {_short(item)}" for key, item in value.items())
     return str(value)
 
 
@@ -93,7 +93,7 @@ def _flat(contents: Any, path: str = "") -> Iterator[str]:
     elif isinstance(contents, list) and contents and isinstance(contents[0], dict):
         for number, value in enumerate(contents):
             if number in _places(len(contents), 12):
-                yield from _flat(value, f"{path}.{number}")
+                yield f"{path}.{number} = {_short(value)}"
     else:
         yield f"{path} = {_short(contents)}"
 

@@ -72,9 +72,9 @@ def outcome(name: str, folder: Path) -> str:
             patch.setattr(clock, lambda: 0.0)  # nothing takes any time
         for command in CASES[name]:
             result = CliRunner(env={"COLUMNS": "110"}).invoke(app, shlex.split(command.replace("DATA", str(DATA))))
-            printed += [f"$ sinssim {command}", result.output.replace(str(DATA), "DATA")]
+            printed += [f"$ sinssim {command}", result.output]
             assert result.exit_code == 0, result.output
-    return text_of("\n".join(printed), folder)
+    return text_of("\n".join(printed), folder).replace(str(DATA), "DATA")
 
 
 @pytest.mark.parametrize("name", CASES)
