@@ -25,21 +25,25 @@ _FEW = 3
 _DIGITS = 5
 """Digits shown of a number in a file."""
 _NUMBER = re.compile(r"[-−]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
+_LONG = re.compile(r"-?\d+\.\d{7,}(?:[eE][-+]?\d+)?")
 _NOISE = 1e-9
 """Size below which a number is that of rounding errors: nanometres and billionths of a radian."""
 _PASSING = re.compile(
-    r"(?<=RecordingInfo:start_time )\[[^;]*\]|(?<=EncodedImage:blob )\[[^;]*\]|(?<=versions\.)(\w+ = ).*"
+    r"(?<=RecordingInfo:start_time )\[[^;]*\]|(?<=EncodedImage:blob )\[[^;]*\]|(?<=versions\.)\w+ = .*"
+    r"|\d{4}-\d\d-\d\d \d\d:\d\d"
 )
 """When something was written, and by which software; pictures, which most tests do not draw."""
+_UNREAD = re.compile(r"\.|[0-9a-f]{24}\.json|\d+-\d+\.parquet")
+"""Names of files that nobody reads: the mark of a folder, and what is kept so that a study can be continued."""
 _SAID = ("alt", "aria-label", "title", "stroke", "stroke-dasharray", "value", "min", "max", "step", "placeholder")
 """Attributes of a page that say something."""
 
 
-def text_of(printed: str, folder: Path) -> str:
-    """Return what a command printed and wrote into a folder as text."""
+def text_of(printed: str, folder: Path, hidden: tuple[str, ...] = ()) -> str:
+    """Return what commands printed and wrote into a folder as text, without files whose names end like `hidden`."""
     lines = [line.rstrip() for line in printed.splitlines()]
-    for file in sorted(path for path in folder.rglob("*") if path.is_file() and not path.name.startswith(".")):
-        lines += [f"== {file.relative_to(folder)}", *_lines(file)]
+    for file in sorted(path for path in folder.rglob("*") if path.is_file() and not _UNREAD.match(path.name)):
+        lines += [f"== {file.relative_to(folder)}", *(() if file.name.endswith(hidden) else _lines(file))]
     text = "\n".join(lines) + "\n"
     return _PASSING.sub("…", text.replace(str(folder.resolve()), "FOLDER").replace(str(folder), "FOLDER"))
 
@@ -57,11 +61,21 @@ def _lines(file: Path) -> Iterator[str]:
             yield from _columns(file)
         case ".rrd":
             yield from _recorded(file)
-        case ".svg" | ".png":
-            yield "a picture"
+        case ".svg" | ".png" | ".mcap":
+            yield "no words"
+        case ".sbet":
+            yield _few(np.fromfile(file, "<f8").reshape(-1, 17))
+        case ".mat":
+            from scipy.io import loadmat
+
+            yield from _flat({key: _fields(of) for key, of in loadmat(file, squeeze_me=True).items() if key[0] != "_"})
         case _:
-            rows = file.read_text(encoding="utf-8").splitlines()
-            yield from rows if len(rows) < 400 else [f"{len(rows)} lines", *(rows[k] for k in _places(len(rows), 25))]
+            rows = [_LONG.sub(_shorter, row)[:400] for row in file.read_text(encoding="utf-8").splitlines()]
+            yield from rows if len(rows) < 150 else [f"{len(rows)} lines", *(rows[k] for k in _places(len(rows), 7))]
+
+
+def _shorter(number: re.Match[str]) -> str:
+    return f"{float(number[0]):.8g}"
 
 
 def _places(count: int, few: int = _FEW) -> list[int]:
@@ -96,6 +110,12 @@ def _flat(contents: Any, path: str = "") -> Iterator[str]:
                 yield f"{path}.{number} = {_short(value)}"
     else:
         yield f"{path} = {_short(contents)}"
+
+
+def _fields(of: Any) -> Any:
+    """Return the fields of a structure of MATLAB as a table."""
+    names = of.dtype.names if hasattr(of, "dtype") else None
+    return {name: _fields(of[name].item()) for name in names} if names else of
 
 
 class _Page(HTMLParser):
