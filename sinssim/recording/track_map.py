@@ -331,6 +331,16 @@ _ROUND, _GRAIN = math.radians(4.0), 1.0 / 800.0
 """Least room about a track in which coasts are drawn on the map of a recording, rad; their grain, of its width."""
 
 
+def _near(latitude: Array, longitude: Array, track: tuple[Array, Array]) -> tuple[NDArray[np.bool_], float]:
+    """Return which places are about a track, and how far on each side that is, rad."""
+    along, turned = track[0][np.isfinite(track[0])], np.unwrap(track[1][np.isfinite(track[1])])
+    up, across = (0.5 * (float(values.min()) + float(values.max())) for values in (along, turned))
+    room = max(_ROUND, 2.0 * float(np.ptp(along)), 2.0 * float(np.ptp(turned)) * math.cos(up))
+    away = (longitude - across + np.pi) % (2.0 * np.pi) - np.pi
+    with np.errstate(invalid="ignore"):
+        return (np.abs(latitude - up) < room) & (np.abs(away) * max(math.cos(up), 0.1) < room), room
+
+
 def coasts_about(latitude: Array, longitude: Array) -> list[Array]:
     """Return coasts and borders about a track, for a map that has no other background.
 
@@ -341,15 +351,9 @@ def coasts_about(latitude: Array, longitude: Array) -> list[Array]:
         Lines, each (M, 2), latitude and longitude in deg; at least 4° and twice the extent of the track around it.
     """
     world_latitude, world_longitude, _ = _outlines()
-    up = 0.5 * (float(np.nanmin(latitude)) + float(np.nanmax(latitude)))
-    turned = np.unwrap(longitude[np.isfinite(longitude)])
-    across = 0.5 * (float(turned.min()) + float(turned.max()))
-    room = max(_ROUND, 2.0 * float(np.nanmax(latitude) - np.nanmin(latitude)), 2.0 * float(np.ptp(turned)) * np.cos(up))
-    away = (world_longitude - across + np.pi) % (2.0 * np.pi) - np.pi
-    grain = _GRAIN * room
+    near, room = _near(world_latitude, world_longitude, (latitude, longitude))
     with np.errstate(invalid="ignore"):
-        near = (np.abs(world_latitude - up) < room) & (np.abs(away) * max(np.cos(up), 0.1) < room)
-        cells = np.floor(world_latitude / grain) + 1j * np.floor(world_longitude / grain)
+        cells = np.floor(world_latitude / (_GRAIN * room)) + 1j * np.floor(world_longitude / (_GRAIN * room))
     lines = []
     for rows in np.split(np.arange(len(near)), np.flatnonzero(np.diff(near)) + 1):
         if near[rows[0]] and len(rows) > 1:
@@ -357,6 +361,21 @@ def coasts_about(latitude: Array, longitude: Array) -> list[Array]:
             new[-1] = True
             lines.append(np.column_stack((world_latitude[rows[new]], world_longitude[rows[new]])) / DEG)
     return lines
+
+
+def airports_about(latitude: Array, longitude: Array) -> Array:
+    """Return the airports about a track, where `coasts_about` has coasts: the large ones alone if they are many.
+
+    Args:
+        latitude, longitude: (N,) rad.
+
+    Returns:
+        Latitude and longitude in deg, (M, 2).
+    """
+    *places, _, large = _aerodromes()
+    near = np.flatnonzero(_near(places[0], places[1], (latitude, longitude))[0])
+    near = near[near < large] if len(near) > _SITES else near
+    return np.column_stack(places)[near] / DEG
 
 
 def _world(projection: Projection, frame: _Frame) -> Iterator[Line]:

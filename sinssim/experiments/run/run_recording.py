@@ -18,7 +18,7 @@ from sinssim.recording import style
 from sinssim.recording.rerun.scene import Scene
 from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import RowNumbers, thinned
-from sinssim.recording.track_map import coasts_about
+from sinssim.recording.track_map import airports_about, coasts_about
 from sinssim.truth.motions.multirotor import MultirotorMotion
 from sinssim.truth.motions.walk import WalkMotion
 from sinssim.truth.sampling import FlightEvent
@@ -277,9 +277,11 @@ def draw_flight(
     path = thinned(len(k), _PATH_POINTS)
     lat_lon = np.column_stack((lat, lon)) / units.DEG
     color = style.COLORS["truth"]
+    grey = style.COLORS["ground"]
     if coasts := coasts_about(lat[path], lon[path]):  # also where no network has the viewer's map
-        thin, grey = rr.Radius.ui_points(0.6), style.COLORS["ground"]
-        recording.static("map/coasts", rr.GeoLineStrings(lat_lon=coasts, radii=thin, colors=grey))
+        recording.static("map/coasts", rr.GeoLineStrings(lat_lon=coasts, radii=rr.Radius.ui_points(0.6), colors=grey))
+    if len(airports := airports_about(lat[path], lon[path])):
+        recording.static("map/airports", rr.GeoPoints(lat_lon=airports, radii=rr.Radius.ui_points(2.0), colors=grey))
     recording.static(
         "map/truth", rr.GeoLineStrings(lat_lon=[lat_lon[path]], radii=rr.Radius.ui_points(2.5), colors=color)
     )
@@ -288,7 +290,6 @@ def draw_flight(
 
     points = scene.points(lat, lon, height)
     ground = points[path] * (1.0, 1.0, 0.0)
-    grey = style.COLORS["ground"]
     recording.static("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
     recording.static("world/path", rr.LineStrips3D([points[path]], radii=rr.Radius.ui_points(1.8), colors=color))
     recording.static("world/ground", rr.LineStrips3D([ground], radii=rr.Radius.ui_points(1.0), colors=grey))

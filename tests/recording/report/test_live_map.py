@@ -15,7 +15,7 @@ from sinssim.charts import Axis, Chart, Charts, Dots, Ellipses, Line, Remark, Sc
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.exhibits import Exhibits, Section
 from sinssim.recording.page import page_of
-from sinssim.recording.track_map import Spread, Track, coasts_about, track_map
+from sinssim.recording.track_map import Spread, Track, airports_about, coasts_about, track_map
 from sinssim.units import DEG, fixed
 from tests.browser import CHROMIUM, Page, file_address
 
@@ -109,6 +109,17 @@ def test_coasts_about_a_track_are_near_it() -> None:
     over_the_line = np.concatenate(coasts_about(np.array([-17.0, -16.0]) * DEG, np.array([179.5, -179.5]) * DEG))
     assert (over_the_line[:, 1] > 178.0).any()  # Fiji
     assert (np.abs(over_the_line[:, 1]) > 170.0).all()
+
+
+def test_airports_about_a_track_are_near_it() -> None:
+    """About Prague, 50.10° N 14.26° E, are its airport and those of neighbours; over the Pacific there is none near."""
+    places = airports_about(np.array([50.0, 50.2]) * DEG, np.array([14.2, 14.5]) * DEG)
+    away = np.hypot(places[:, 0] - 50.1008, (places[:, 1] - 14.26) * np.cos(50.1 * DEG)) * 111.2
+    assert away.min() < 2.0
+    assert 5 < len(places) < 60
+    assert np.abs(places[:, 0] - 50.1).max() < 4.0
+    assert len(airports_about(np.array([-48.0]) * DEG, np.array([-123.0]) * DEG)) == 0  # Point Nemo
+    assert len(airports_about(np.array([-40.0, 60.0]) * DEG, np.array([-100.0, 100.0]) * DEG)) > 100  # large ones
 
 
 def test_what_the_script_receives(tmp_path: Path) -> None:
