@@ -343,7 +343,7 @@ class Execution:
     def _make_room(self) -> None:
         """Draw what needs every sample, and let it go: the filter needs none of it, and takes the most memory."""
         self._draw()
-        filters = {of.name for of in (*self._scenario.filters, *self._scenario.navigator)}
+        filters = {of.name for of in self._scenario.filters} | {of.name for of in self._scenario.navigator}
         inertial = {name: error for name, error in self._navigated.errors.items() if name not in filters}
         self._inertial = horizontal_of(inertial)
         self._kinds, navigated = (), self._navigated.light()

@@ -96,6 +96,16 @@ def test_the_table_is_shown() -> None:
     assert table.on == ("console",)
 
 
+def test_they_are_no_inertial_solutions() -> None:
+    """One of them is better than the aided solution with the draw of this seed, which says nothing about a model."""
+    run = flown()
+    assert run.aided is not None
+    aided = float(np.sqrt(np.mean(run.aided.error_at(slice(None)).horizontal ** 2)))
+    numbers = run.summary["filters"]
+    assert min(numbers[name]["rms_horizontal_error_m"] for name in ("few", "invariant")) < aided
+    assert not [remark for remark in run.summary["filter"]["remarks"] if "worse than" in remark]
+
+
 def test_an_ensemble_of_one_of_them_is_that_with_its_keys() -> None:
     """The others keep theirs."""
     first = with_first(scenario(filter={**FILTER, "monitor_s": 30.0}), "few")
