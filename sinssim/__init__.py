@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from sinssim.analyses.calibration.turntable_calibration import calibrate as calibrate
     from sinssim.analyses.error_budget.budget_result import BudgetResult as BudgetResult
     from sinssim.analyses.error_budget.covariance_budget import budget as budget
+    from sinssim.analyses.filter_tuning.tuning import tune as tune
+    from sinssim.analyses.filter_tuning.tuning_result import TuningResult as TuningResult
     from sinssim.data import ImuData as ImuData
     from sinssim.data import Measurements as Measurements
     from sinssim.data import NavSolution as NavSolution

@@ -187,7 +187,7 @@ def test_a_run_in_a_plane_is_of_the_family(tmp_path: Path) -> None:
 def test_every_result_is_exported_by_its_name() -> None:
     exported = {name: getattr(sinssim, name) for name in sinssim.__all__}
     kinds = {kind for kind in sinssim.Result.__subclasses__() if kind.__module__.startswith("sinssim.")}
-    assert len(kinds) == 8
+    assert len(kinds) == 9
     for kind in kinds:
         assert exported[kind.__name__] is kind
 

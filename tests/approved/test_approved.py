@@ -73,6 +73,10 @@ CASES = {
         f"run parked {PARKED} -o runs/a", f"run parked {PARKED} --set seed=8 --set imu.grade=mems-tactical -o runs/b",
         "compare-runs runs/a runs/b -o both", "runs runs", "runs runs --html",
     ],
+    "tune": ["tune FILES/all_filters.toml"],
+    "foot_walk": ["run FILES/foot.toml -o run"],
+    "sounding_rocket": ["run sounding_rocket --set imu.rate_hz=20 -o run"],
+    "multirotor": ["run FILES/multirotor.toml -o run"],
     "lists": [
         *(f"list {kind}" for kind in ("aircraft", "algorithms", "frames", "gravity", "curvatures", "ellipsoids",
                                       "grades", "views", "aiding", "filters", "states", "formats", "exports")),

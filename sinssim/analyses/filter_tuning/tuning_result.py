@@ -55,6 +55,8 @@ class TuningResult(Result):
             and with those to begin with.
         judged: the sensors in the held-out part.
         passes: passes of the filter, and replays.
+        directory: directory of the tuning; None if none was written.
+        media: what draws and writes it.
     """
 
     scenario: str
