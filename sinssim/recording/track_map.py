@@ -44,6 +44,7 @@ from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.earth.geodetic_coordinates import radii
 from sinssim.recording import style
 from sinssim.recording.style import thinned, tick_label, time_ticks
+from sinssim.system.short_repr import short_repr
 from sinssim.units import DEG, NAUTICAL_MILE, fixed
 
 _ROWS = 4096
@@ -107,6 +108,7 @@ class Places(Protocol):
     def longitude(self) -> Array: ...
 
 
+@short_repr
 @dataclass(frozen=True, eq=False)
 class Track:
     """A track of a map, thinned to the points that it shows.

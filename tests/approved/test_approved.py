@@ -62,7 +62,7 @@ CASES = {
     "gravity_disturbance": [f"run gravity_disturbance {SHORT} -o run"],
     "waypoint_route": [f"run waypoint_route {SHORT} -o run"],
     "formats": [
-        f"run mems_uav {SHORT} -o run",
+        "run FILES/multirotor.toml -o run",
         *(f"export run --to {form} -o out.{form}" for form in ("kf-gins", "psins", "gnss-ins-sim", "rtklib-pos", "nmea",
           "mcap", "euroc", "tum", "gpx", "kml", "geojson", "sbet", "mat")),
         "inspect out.kf-gins/imu.txt out.kf-gins/gnss.txt", "inspect out.psins/imu.imu out.psins/gnss.avp",

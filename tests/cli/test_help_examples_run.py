@@ -125,7 +125,16 @@ SHORTER = {
 LONG = (
     *("compare coning", "compare gyro_trade", "--vary", "--runs 1000", "--sheet", "--until-decided"),
     *("run imu.csv gnss.pos", "run my_drive.toml", "inspect imu.csv gnss.pos", "allan drive.toml", "allan log.npz"),
-    *("calibration_systematic", "aircraft add", "align parked", "--require", "--to pty:", "--as mavlink", "--guide"),
+    *(
+        "calibration_systematic",
+        "aircraft add",
+        "align parked",
+        "--require",
+        "tune m",
+        "--to pty:",
+        "--as mavlink",
+        "--guide",
+    ),
 )
 """Parts of the examples that take one to twenty seconds of processor time: they run with -m slow."""
 
