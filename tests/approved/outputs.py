@@ -30,7 +30,7 @@ _NOISE = 1e-9
 """Size below which a number is that of rounding errors: nanometres and billionths of a radian."""
 _PASSING = re.compile(
     r"(?<=RecordingInfo:start_time )\[[^;]*\]|(?<=EncodedImage:blob )\[[^;]*\]|(?<=versions\.)\w+ = .*"
-    r"|\d{4}-\d\d-\d\d \d\d:\d\d|(?<=flight_cached = )\w+"
+    r"|\d{4}-\d\d-\d\d \d\d:\d\d|(?<=flight_cached = )(?:True|False)"
 )
 """When something was written, and by which software; pictures, which most tests do not draw."""
 _UNREAD = re.compile(r"\.|[0-9a-f]{24}\.json|\d+-\d+\.parquet")

@@ -145,10 +145,11 @@ def _steps(fixes: FixStream, delay: float) -> list[Finding]:
     misfit = (moved - mean * length[:, None])[short, :2]
     size = np.linalg.norm(misfit, axis=1)
     usual = 1.4826 * float(np.median(np.abs(misfit)))
+    shown = f"{1e3 * usual:.3g} mm" if usual < 1.0 else f"{usual:.3g} m"
     findings.append(
         fact(
             "fixes",
-            f"Steps of the horizontal position agree with the velocities to {1e3 * usual:.3g} mm (1σ per component).",
+            f"Steps of the horizontal position agree with the velocities to {shown} (1σ per component).",
             step_sigma_m=usual,
         )
     )
