@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from sinssim.analyses.filter_tuning.tuning import tune
+from sinssim.analyses.filter_tuning.tuning_data import _value
 from sinssim.analyses.filter_tuning.tuning_result import Judged, Tuned, TuningResult
 from sinssim.cli.app import main
 from sinssim.errors import InputError
@@ -54,6 +55,15 @@ def test_factors_of_a_simulation_and_the_settings_that_apply_them(tmp_path: Path
     again = load_scenario(file, re.findall(r"--set (\S+)", command))
     assert again.filter.measurement_noise_factor == pytest.approx(readings.value, rel=1e-3)
     assert "changes" not in text_of(result)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("imu.gyro_bias_sigma_deg_h", 0.01), ("imu.accel_bias_sigma_ug", 50.0), ("imu.gyro_arw_deg_sqrt_h", 0.003)],
+)
+def test_a_value_to_begin_with_is_that_of_the_grade_in_the_unit_of_its_key(key: str, value: float) -> None:
+    """Those of a laser unit of 1 nmi/h, as its grade lists them."""
+    assert _value(load_scenario("parked"), key) == pytest.approx(value, rel=1e-12)
 
 
 def text_of(result: TuningResult) -> str:
