@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from benchmarks.bench_disk import environment
-from sinssim.system.outputs import MARK
+from sinssim.system.files import MARK
 from tests.browser import CHROMIUM, Page
 
 _SCENARIOS = ("first_flight", "aided_airliner", "gate_to_gate", "drive")

@@ -92,7 +92,7 @@ REPORTS: dict[str, Callable[[], Any]] = {
 def write_reports(names: Sequence[str], folder: Path) -> None:
     """Write some reports, all without names, and say their sizes."""
     from sinssim.recording.page import page_of
-    from sinssim.system.outputs import write_text
+    from sinssim.system.files import write_text
 
     for name in names or REPORTS:
         page = folder / f"{name}.html"

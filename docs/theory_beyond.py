@@ -83,7 +83,7 @@ BEYOND = (
     Row(
         "",
         "Redundant sensors: x̂ = (HᵀWH)⁻¹HᵀWy, tr (HᵀH)⁻¹ ≥ 9/m; parity p = V y, V H = 0, V Vᵀ = I",
-        ("sensors.sets.redundant_geometry.estimator", "sensors.sets.redundant_geometry.parity_matrix"),
+        ("sensors.sets.sensor_set.estimator", "sensors.sets.sensor_set.parity_matrix"),
         (
             "sensors/sets/test_geometry.py::test_parity_has_its_defining_properties",
             "sensors/sets/test_geometry.py::test_ready_sets_reach_the_bound",

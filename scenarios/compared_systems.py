@@ -32,7 +32,7 @@ from sinssim.recording.page import page_of
 from sinssim.recording.rerun.exhibit_recording import markdown, record
 from sinssim.scenario import Scenario
 from sinssim.statistics.chi_square import ComparedSystems, compare_systems, detection_probability, mid_value
-from sinssim.system.outputs import write_text
+from sinssim.system.files import write_text
 from sinssim.units import fixed
 
 Array = NDArray[np.float64]

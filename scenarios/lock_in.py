@@ -29,7 +29,7 @@ from sinssim.recording.page import page_of
 from sinssim.recording.rerun.exhibit_recording import markdown, record
 from sinssim.sensors.imu.laser_gyro import LaserGyro
 from sinssim.sensors.imu.lock_in import Randomised, angle_error, turnarounds
-from sinssim.system.outputs import write_text
+from sinssim.system.files import write_text
 from sinssim.units import ARCSEC, DEG, DEG_SQRT_H, fixed
 
 Array = NDArray[np.float64]

@@ -26,7 +26,7 @@ from typing import Literal
 import sinssim
 from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.system.extensions import Item, items_of
-from sinssim.system.user_file import read_text
+from sinssim.system.files import read_text
 
 logger = logging.getLogger(__name__)
 

@@ -18,7 +18,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from sinssim.errors import InputError, nearest, respelled, shortened
-from sinssim.system.user_file import read_text
+from sinssim.system.files import read_text
 
 ONE_OF_SEVERAL = "one of several"
 """Name of a field whose value is one of several tables, in the locations of mistakes; no file has it."""

@@ -58,7 +58,7 @@ from sinssim.statistics.requirement_verdict import tally
 from sinssim.statistics.requirements import parse_requirement
 from sinssim.strapdown.attitude import functional_iteration
 from sinssim.system.extensions import _kind_of, items_of
-from sinssim.system.outputs import MARK, check_directory, check_place
+from sinssim.system.files import MARK, check_directory, check_place
 from sinssim.truth.curve import checked_knots
 from sinssim.truth.flight.jsbsim_model import _changed_model
 from sinssim.truth.motions.coning_and_rocking import SpinRock

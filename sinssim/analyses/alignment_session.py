@@ -19,7 +19,7 @@ from sinssim.logs.imu_samples import SUFFIXES, read_log, slow
 from sinssim.progress import Progress, shown
 from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.schema import Scenario
-from sinssim.system.outputs import check_directory
+from sinssim.system.files import check_directory
 from sinssim.units import DEG
 
 

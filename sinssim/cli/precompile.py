@@ -32,7 +32,7 @@ from sinssim.sensors.sets.sensor_readings import draw_true_errors
 from sinssim.sensors.sets.sensor_set import Redundant
 from sinssim.strapdown.mechanization import Mechanization
 from sinssim.strapdown.navigate import navigate
-from sinssim.system.outputs import Draft
+from sinssim.system.files import Draft
 from sinssim.truth.curve import Curve
 
 _PARKED = Scenario.model_validate(

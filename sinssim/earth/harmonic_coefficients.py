@@ -27,7 +27,7 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import MEAN_GRAVITY, MEAN_RADIUS
 from sinssim.errors import InputError, shortened
-from sinssim.system.user_file import read_text
+from sinssim.system.files import read_text
 from sinssim.units import MGAL
 
 EGM2008 = "egm2008"

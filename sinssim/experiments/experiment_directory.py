@@ -20,7 +20,7 @@ from typing import Any, ClassVar, NamedTuple, Self
 from sinssim.errors import InputError, shortened
 from sinssim.formatting import capital
 from sinssim.recording.result import versions
-from sinssim.system.outputs import (
+from sinssim.system.files import (
     IN_USE,
     MARK,
     Draft,

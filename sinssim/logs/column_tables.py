@@ -34,8 +34,8 @@ from sinssim.logs.numeric_columns import (
     split,
 )
 from sinssim.logs.recorded_streams import Clock
+from sinssim.system.files import open_file, user_file
 from sinssim.system.process import machine_memory
-from sinssim.system.user_file import open_file, user_file
 
 TEXT = (".csv", ".txt", ".tsv", ".dat", ".asc", ".log")
 """Suffixes of text files."""

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import InputError, shortened, unknown_name
+from sinssim.system.files import open_file, open_text
 from sinssim.system.process import machine_memory
-from sinssim.system.user_file import open_file, open_text
 
 WHITESPACE = "whitespace"
 """The delimiter for columns separated by any number of spaces and tabs."""

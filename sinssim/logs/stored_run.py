@@ -20,7 +20,7 @@ from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError, unknown_name, warn
 from sinssim.logs.recorded_streams import FixStream, InertialStream, SolutionStream
 from sinssim.strapdown.navigation_error import navigation_error
-from sinssim.system.outputs import MARK
+from sinssim.system.files import MARK
 
 _PARTS = 2
 """Number of parts of a version, such as 0.1, within which the files and their columns stay the same."""

@@ -10,7 +10,7 @@ from pydantic import Field, field_validator, model_validator
 
 from sinssim.errors import InputError, shortened
 from sinssim.logs.formats.registry import FORMATS
-from sinssim.system.user_file import open_file
+from sinssim.system.files import open_file
 from sinssim.toml_section import Heading, Keys, LeverArm, Speed
 from sinssim.truth.motion import Motion
 from sinssim.truth.track.route_waypoint import Waypoint

@@ -32,7 +32,7 @@ from sinssim.charts import (
 from sinssim.errors import InputError, RunError
 from sinssim.recording import style
 from sinssim.recording.style import envelope, log_numbers
-from sinssim.system.outputs import draft
+from sinssim.system.files import draft
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

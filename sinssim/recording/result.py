@@ -27,7 +27,7 @@ from sinssim.errors import InputError
 from sinssim.exhibits import Exhibits
 from sinssim.formatting import size_text
 from sinssim.recording.streams import Stream, Streams
-from sinssim.system.outputs import Draft, check_place, is_taken, publish, write_text, written
+from sinssim.system.files import Draft, check_place, is_taken, publish, write_text, written
 from sinssim.system.short_repr import html_table
 
 

@@ -17,7 +17,7 @@ from sinssim.errors import InputError, unknown_name
 from sinssim.sensors.imu.faults import CHANNELS, channels_of
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.system import process
-from sinssim.system.outputs import draft
+from sinssim.system.files import draft
 from sinssim.system.short_repr import described, html_table
 from sinssim.truth.sampling import Channel, FlightEvent
 from sinssim.units import ARCSEC, MGAL

@@ -17,7 +17,7 @@ from sinssim.logs.log_settings import files_from
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors.imu.grades import SUFFIX, find_grade
 from sinssim.system.extensions import file_digest, items_of
-from sinssim.system.user_file import read_text
+from sinssim.system.files import read_text
 from sinssim.toml_file import parse_toml, read_toml, validate
 
 Overrides = str | Sequence[str]

@@ -52,7 +52,7 @@ from sinssim.rotation.quaternions import Quaternion, Vector, multiply_k, quatern
 from sinssim.rotation.vectors import add, along, cross, mul, simpson, sub
 from sinssim.sensors.imu.error_kernel import FAULTY, LIMITED, STATES, Packed, advance, begin, draw_block, measure, pack
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.sets.gimballed_sensors import PlatformErrors, without_errors_of_turns
+from sinssim.sensors.sets.sensor_readings import PlatformErrors, without_errors_of_turns
 from sinssim.statistics.random_numbers import key, normals
 from sinssim.strapdown.frames.azimuth import (
     FREE_AZIMUTH,

@@ -22,7 +22,7 @@ from typing import Any
 
 from sinssim.errors import InputError, SinssimError, shortened
 from sinssim.formatting import listed
-from sinssim.system.user_file import read_bytes
+from sinssim.system.files import read_bytes
 
 SINGULAR: dict[str, str] = {
     "algorithms": "attitude algorithm",

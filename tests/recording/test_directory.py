@@ -505,7 +505,7 @@ def test_an_interruption_as_the_folder_is_made_leaves_nothing(tmp_path, monkeypa
     def interrupted(path):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("sinssim.system.outputs.open_own", interrupted)
+    monkeypatch.setattr("sinssim.system.files.open_own", interrupted)
     with pytest.raises(KeyboardInterrupt):
         RunDirectory(tmp_path / "new" / "out")
     assert list(tmp_path.iterdir()) == []

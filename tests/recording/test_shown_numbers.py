@@ -12,14 +12,14 @@ import pytest
 from sinssim.analyses.error_budget.budget_exhibits import lines_of
 from sinssim.analyses.error_budget.budget_result import Allowance, Answer
 from sinssim.experiments.run.filter_remedies import with_sigma
-from sinssim.experiments.run.grade_expectation import expectation_numbers
+from sinssim.experiments.run.plan_exhibits import expectation_numbers
 from sinssim.experiments.run.sensor_exhibits import platform_errors
 from sinssim.experiments.studies.step_cost import Cost, Operations
 from sinssim.experiments.studies.study_exhibits import _costs
 from sinssim.recording.page import parts_of
 from sinssim.sensors.error_propagation import expect
 from sinssim.sensors.imu.imu import Imu
-from sinssim.sensors.sets.gimballed_sensors import PlatformErrors
+from sinssim.sensors.sets.sensor_readings import PlatformErrors
 from sinssim.statistics.requirements import parse_requirement
 from sinssim.units import ARCMIN, ARCSEC, DEG, DEG_H, PPM
 from tests.recording.spies import html

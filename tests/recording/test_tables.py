@@ -31,7 +31,7 @@ from sinssim.recording import streams
 from sinssim.recording import streams as parquet
 from sinssim.recording.streams import Stream, Streams, StreamTable, Vector
 from sinssim.simulation.truth_and_sensors import RecordedMotion, Truth
-from sinssim.system.outputs import written
+from sinssim.system.files import written
 from sinssim.truth.sampling import FlightEvent
 from tests.experiments.run.test_filter_streams import error, motion
 from tests.recording.test_motion_streams import TIME, rows

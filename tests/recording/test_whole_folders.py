@@ -13,7 +13,7 @@ from sinssim.analyses.calibration import calibration_result as calibration
 from sinssim.analyses.error_budget import budget_exhibits as budget
 from sinssim.experiments.studies import study_exhibits as study
 from sinssim.experiments.studies.study_results import Case, CoordinateError
-from sinssim.system.outputs import MARK
+from sinssim.system.files import MARK
 
 
 def texts(folder: Path) -> dict[str, str]:

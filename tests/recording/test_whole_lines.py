@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from sinssim.experiments.run import grade_expectation as expectation
+from sinssim.experiments.run import plan_exhibits as expectation
 from sinssim.experiments.run import run_comparison as runs
 from sinssim.experiments.run.finished_runs import Entry
 from sinssim.experiments.studies import study_exhibits as study

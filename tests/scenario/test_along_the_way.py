@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.earth.magnetic_field import field_along
 from sinssim.scenario import Scenario
 from sinssim.scenario.filter_model import filter_model, with_declination
 from sinssim.scenario.true_motion import fly
+from sinssim.sensors.aiding.magnetometer import field_along
 
 
 def westwards(how: str, seconds: float, seed: int = 1) -> Scenario:

@@ -219,7 +219,7 @@ def test_given_and_random_errors_of_the_platform() -> None:
 
 def test_the_1_sigma_of_the_torquers_is_that_of_the_gyros() -> None:
     """Over 200 seeds, 600 numbers: the 1σ of 10 ppm is met within 10 %, 3.5σ; p = 5e-4."""
-    from sinssim.sensors.sets.gimballed_sensors import draw_platform
+    from sinssim.sensors.sets.sensor_readings import draw_platform
 
     section = scenario().imu
     drawn = np.array([draw_platform(section, seed).torquer_scale for seed in range(200)]) / PPM

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from sinssim.system.outputs import IN_DRAFT, IN_USE, Draft, draft
+from sinssim.system.files import IN_DRAFT, IN_USE, Draft, draft
 from tests.fork import Fork
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no such locks")

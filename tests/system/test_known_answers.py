@@ -16,8 +16,8 @@ from sinssim import __version__, jit
 from sinssim.errors import InputError
 from sinssim.experiments.experiment_directory import Kind, Store, read_manifest, written_files
 from sinssim.recording.result import RunDirectory, _beside
-from sinssim.system import process, user_file
-from sinssim.system.outputs import (
+from sinssim.system import files, process
+from sinssim.system.files import (
     MARK,
     Draft,
     check_inside,
@@ -224,18 +224,18 @@ def test_a_file_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     (tmp_path / "a").write_bytes(b"x" * 2345)
     monkeypatch.setattr("sinssim.system.process.machine_memory", lambda: 1000.0)
     with pytest.raises(InputError) as error:
-        user_file.read_bytes(tmp_path / "a")
+        files.read_bytes(tmp_path / "a")
     assert str(error.value) == f"{tmp_path}/a has 2.35 kB, and this machine's memory 1 kB. Split it into parts."
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(InputError, match="pipe is a named pipe, not an ordinary file"):
-        user_file.open_file(tmp_path / "pipe")
+        files.open_file(tmp_path / "pipe")
     with pytest.raises(InputError, match="/dev/null is a device, not an ordinary file"):
-        user_file.open_text(Path("/dev/null"), "utf-8")
+        files.open_text(Path("/dev/null"), "utf-8")
     (tmp_path / "t").write_bytes("é\r\n".encode("latin-1"))
     monkeypatch.undo()
-    with user_file.open_text(tmp_path / "t", "latin-1", newline="") as text:
+    with files.open_text(tmp_path / "t", "latin-1", newline="") as text:
         assert text.read() == "é\r\n"
-    assert user_file.read_text(tmp_path / "t", errors="replace") == "\ufffd\n"
+    assert files.read_text(tmp_path / "t", errors="replace") == "\ufffd\n"
 
 
 def test_folders_of_stored_kernels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

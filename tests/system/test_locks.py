@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from sinssim.system.outputs import try_hold
+from sinssim.system.files import try_hold
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no such locks")
 
@@ -24,7 +24,7 @@ def test_a_second_holder_is_refused_until_the_first_ends(tmp_path) -> None:
 
 
 def test_a_process_that_ends_frees_its_folder(tmp_path) -> None:
-    held = f"from pathlib import Path; from sinssim.system.outputs import try_hold; try_hold(Path({str(tmp_path)!r}))"
+    held = f"from pathlib import Path; from sinssim.system.files import try_hold; try_hold(Path({str(tmp_path)!r}))"
     code = f"import os; {held}; os._exit(1)"
     subprocess.run([sys.executable, "-c", code], check=False)
     lock = try_hold(tmp_path)

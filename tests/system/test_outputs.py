@@ -15,7 +15,7 @@ import pytest
 
 import sinssim
 from sinssim.cli import app as cli
-from sinssim.system.outputs import IN_USE, MARK
+from sinssim.system.files import IN_USE, MARK
 from tests.slow import slow
 
 pytestmark = pytest.mark.usefixtures("hardly_counted")

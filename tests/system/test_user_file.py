@@ -13,7 +13,7 @@ import pytest
 
 import sinssim
 from sinssim.errors import InputError
-from sinssim.system import user_file
+from sinssim.system import files
 from tests.sources import tree
 
 _PACKAGE = Path(sinssim.__file__).parent
@@ -165,13 +165,13 @@ def test_pipes_and_devices_are_refused_everywhere(tmp_path: Path) -> None:
 
 def test_a_folder_and_a_missing_file_keep_their_messages(tmp_path: Path) -> None:
     with pytest.raises(IsADirectoryError):
-        user_file.open_file(tmp_path)
+        files.open_file(tmp_path)
     with pytest.raises(FileNotFoundError):
-        user_file.read_bytes(tmp_path / "nothing")
+        files.read_bytes(tmp_path / "nothing")
 
 
 def test_a_file_larger_than_the_memory_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "large").write_bytes(b"12345")
     monkeypatch.setattr("sinssim.system.process.machine_memory", lambda: 4.0)
     with pytest.raises(InputError, match="large has 5 B, and this machine's memory 4 B"):
-        user_file.read_text(tmp_path / "large")
+        files.read_text(tmp_path / "large")

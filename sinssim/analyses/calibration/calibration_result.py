@@ -26,7 +26,7 @@ from sinssim.scenario.schema import Scenario
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.system.outputs import write_text
+from sinssim.system.files import write_text
 from sinssim.system.short_repr import html_table, short_repr
 from sinssim.truth.motions.turntable import SEQUENCES
 from sinssim.units import ARCSEC, DEG_H, UG, fixed

@@ -28,7 +28,7 @@ from sinssim.scenario.schema import Scenario
 from sinssim.scenario.tables import CalibrationSection
 from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.sensors.imu.imu import draw
-from sinssim.system.outputs import check_directory
+from sinssim.system.files import check_directory
 
 METHODS = {
     "separate": "means in known positions and integrals over known turns, by least squares",

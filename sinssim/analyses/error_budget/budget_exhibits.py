@@ -35,7 +35,7 @@ from sinssim.recording.track_map import NOTE, Spread, track_map
 from sinssim.scenario.plan_summary import named_places
 from sinssim.statistics import requirement_verdict
 from sinssim.statistics.requirements import CIRCLES, COMPONENTS, Judged, limits_of
-from sinssim.system.outputs import write_text
+from sinssim.system.files import write_text
 from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, NAUTICAL_MILE, SPEED_SCALE, Scale, fixed, suiting
 
 _SHOWN, _ALONE, _RANKED = 8, 6, 12

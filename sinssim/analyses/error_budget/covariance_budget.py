@@ -58,7 +58,7 @@ from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.imu.emulation import digital
 from sinssim.statistics.requirements import parse_requirements
 from sinssim.strapdown.navigation_error import navigation_error
-from sinssim.system.outputs import check_directory
+from sinssim.system.files import check_directory
 from sinssim.truth.flight.guidance import AIDED
 from sinssim.truth.true_gravity_disturbance import Disturbed
 

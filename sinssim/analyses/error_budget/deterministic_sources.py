@@ -28,8 +28,7 @@ from sinssim.sensors.imu.emulation import perfect_increments
 from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.sets.redundant_geometry import along
-from sinssim.sensors.sets.sensor_set import Redundant
+from sinssim.sensors.sets.sensor_set import Redundant, along
 from sinssim.simulation.navigation_stage import solve
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.truth.true_gravity_disturbance import Disturbed

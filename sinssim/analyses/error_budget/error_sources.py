@@ -26,8 +26,7 @@ from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.sensors.imu.imu import OF_THE_RING
 from sinssim.sensors.sets.redundant_errors import axes_of_values, spread
-from sinssim.sensors.sets.redundant_geometry import estimator
-from sinssim.sensors.sets.sensor_set import Redundant
+from sinssim.sensors.sets.sensor_set import Redundant, estimator
 from sinssim.truth.motions.imu_rotation import TurningBlock
 from sinssim.units import ARCMIN, ARCSEC, DEG_H, PPM
 

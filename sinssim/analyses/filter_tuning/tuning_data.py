@@ -30,7 +30,7 @@ from sinssim.simulation.closed_loop import is_guided
 from sinssim.simulation.navigation_stage import first_state, recorded_start
 from sinssim.simulation.recorded_filter_run import Prepared, aid_recorded, all_readings, prepare
 from sinssim.simulation.truth_and_sensors import RecordedMotion, sense, sense_recorded, truth_along
-from sinssim.system.user_file import read_text
+from sinssim.system.files import read_text
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario

@@ -16,7 +16,7 @@ from sinssim.logs.column_description import DIRECTIONS
 from sinssim.logs.column_names import UNITS
 from sinssim.logs.recorded_streams import Clock
 from sinssim.sensors.standstill_detection import LEAST_S
-from sinssim.system.user_file import read_text
+from sinssim.system.files import read_text
 
 if TYPE_CHECKING:
     from sinssim.logs.log_settings import Log, LogImu

@@ -42,7 +42,7 @@ from sinssim.logs.numeric_columns import (
     text_rows,
 )
 from sinssim.logs.recorded_streams import Clock
-from sinssim.system.user_file import open_file
+from sinssim.system.files import open_file
 
 _HEAD_LINES = 200
 _LARGEST = 1e30

@@ -126,7 +126,7 @@ def run(
     """
     from sinssim.analyses.inspection.inspected_files import are_raw
     from sinssim.statistics.requirements import parse_requirements
-    from sinssim.system.outputs import check_place
+    from sinssim.system.files import check_place
 
     settings, wanted = [*with_grade(settings, grade), *_kept(keep, recording)], parse_requirements(require or ())
     raw = are_raw(scenario)
@@ -200,7 +200,7 @@ def _suggestion(files: list[str], out: Path | None, overwrite: bool, trial: bool
     """Return the scenario that recorded files suggest; a place that is taken is refused before they are read."""
     from sinssim.analyses.inspection.inspected_files import suggest
     from sinssim.progress import shown
-    from sinssim.system.outputs import check_place
+    from sinssim.system.files import check_place
 
     if out is not None:
         check_place(out.resolve(), overwrite)
@@ -245,7 +245,7 @@ def _suggested(folder: Path) -> Path:
 
 def _write_suggestion(suggestion: Suggestion, folder: Path, settings: list[str]) -> None:
     from sinssim.scenario.load import with_settings
-    from sinssim.system.outputs import write_text
+    from sinssim.system.files import write_text
 
     write_text(_suggested(folder), with_settings(suggestion.text, settings))
 

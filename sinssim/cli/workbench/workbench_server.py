@@ -25,9 +25,8 @@ from sinssim.cli.workbench.child_commands import OF_TEXTS, Children, arguments_o
 from sinssim.content import list_content
 from sinssim.errors import InputError, SinssimError, shortened
 from sinssim.recording.rerun.viewer import asks_this_machine
-from sinssim.system.outputs import MARK, write_text
+from sinssim.system.files import MARK, read_bytes, read_text, write_text
 from sinssim.system.process import interruptible
-from sinssim.system.user_file import read_bytes, read_text
 
 if TYPE_CHECKING:
     import uvicorn

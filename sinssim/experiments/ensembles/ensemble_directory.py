@@ -29,7 +29,7 @@ from sinssim.experiments.experiment_directory import (
     read_manifest,
     software,
 )
-from sinssim.system.outputs import draft, write_text
+from sinssim.system.files import draft, write_text
 
 MANIFEST = "ensemble.json"
 _NAME = re.compile(r"(\d{7,})-(\d{7,})\.parquet$")

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.errors import InputError, RunError
 from sinssim.statistics.circular_error import to_nmi_h
-from sinssim.system.outputs import draft
+from sinssim.system.files import draft
 from sinssim.system.process import machine_memory
 from sinssim.system.short_repr import short_repr
 

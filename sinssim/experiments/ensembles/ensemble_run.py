@@ -34,7 +34,7 @@ from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.planned_limits import warn_of_limits
 from sinssim.simulation.foreign_navigator import end_programs
 from sinssim.statistics.requirements import parse_requirements
-from sinssim.system.outputs import Draft
+from sinssim.system.files import Draft
 from sinssim.system.process import give_back_memory, machine_memory
 
 if TYPE_CHECKING:

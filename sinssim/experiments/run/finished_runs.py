@@ -21,7 +21,7 @@ from sinssim.errors import InputError, unknown_name
 from sinssim.logs.stored_run import ERROR_COLUMNS, StoredStreams, first_line, reason_of, version_of, warn_of_version
 from sinssim.recording.streams import Stream, StreamTable, Vector
 from sinssim.strapdown.navigation_error import NavError
-from sinssim.system.outputs import MARK
+from sinssim.system.files import MARK
 
 _KINDS = {
     "ensemble.json": "ensemble",

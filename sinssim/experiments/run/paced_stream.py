@@ -28,7 +28,7 @@ from sinssim.errors import InputError, RunError, shortened
 from sinssim.experiments.run.stream_packets import Packet
 from sinssim.logs.stored_run import STATE_COLUMNS
 from sinssim.simulation.navigator_protocol import HEADER, MAGIC, SOLUTION, WITHIN, answer_size, check_header
-from sinssim.system.outputs import Draft
+from sinssim.system.files import Draft
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.run_scores import Scored

@@ -34,8 +34,7 @@ from sinssim.recording import style
 from sinssim.recording.page import page_of
 from sinssim.recording.result import RunDirectory, write_json
 from sinssim.strapdown.navigation_error import NavError
-from sinssim.system.outputs import write_text
-from sinssim.system.user_file import open_file
+from sinssim.system.files import open_file, write_text
 from sinssim.units import duration_words, fixed
 
 if TYPE_CHECKING:

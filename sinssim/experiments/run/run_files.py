@@ -44,7 +44,7 @@ from sinssim.recording.streams import (
 from sinssim.scenario.load import FOLDER
 from sinssim.scenario.plan_summary import own_files
 from sinssim.simulation.truth_and_sensors import Stages, Truth
-from sinssim.system.outputs import write_text
+from sinssim.system.files import write_text
 from sinssim.truth.sampling import FlightEvent
 
 if TYPE_CHECKING:

@@ -38,7 +38,7 @@ from sinssim.recording.result import Json, plain, versions, write_json
 from sinssim.recording.streams import error_stream, nav_stream, write_stream
 from sinssim.recording.style import thinned
 from sinssim.strapdown.navigation_error import NavError
-from sinssim.system.outputs import Draft, publish, write_text, written
+from sinssim.system.files import Draft, publish, write_text, written
 from sinssim.units import DEG, Scale, fixed, suiting
 
 if TYPE_CHECKING:

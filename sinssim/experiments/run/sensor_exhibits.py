@@ -22,7 +22,7 @@ from sinssim.recording.style import thinned
 from sinssim.sensors.imu.compensation import imperfect_calibration
 from sinssim.sensors.imu.error_term_table import of_triad
 from sinssim.sensors.imu.grades import find_grade, grade_name
-from sinssim.sensors.sets.gimballed_sensors import torquer_sigma
+from sinssim.sensors.sets.sensor_readings import torquer_sigma
 from sinssim.sensors.sets.sensor_set import AttitudeSensor, Gyros, Platform, Redundant, SixAccelerometers
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.system.short_repr import short_repr
@@ -36,8 +36,7 @@ if TYPE_CHECKING:
     from sinssim.sensors.imu.grades import TriadGrade
     from sinssim.sensors.imu.imu import Imu
     from sinssim.sensors.imu.imu_errors import ImuErrors
-    from sinssim.sensors.sets.gimballed_sensors import AttitudeSensorErrors, PlatformErrors
-    from sinssim.sensors.sets.sensor_readings import Readings, TrueErrors
+    from sinssim.sensors.sets.sensor_readings import AttitudeSensorErrors, PlatformErrors, Readings, TrueErrors
     from sinssim.simulation.truth_and_sensors import Sensed
 
 

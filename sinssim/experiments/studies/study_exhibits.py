@@ -28,7 +28,7 @@ from sinssim.recording.diagrams import three_rates
 from sinssim.recording.result import Media, plain, software, versions, write_json, write_shown
 from sinssim.recording.streams import write_table
 from sinssim.scenario.tables import COORDINATES
-from sinssim.system.outputs import write_text
+from sinssim.system.files import write_text
 from sinssim.units import ARCMIN, ARCSEC, fixed
 
 _PAGE: Any = ("page",)

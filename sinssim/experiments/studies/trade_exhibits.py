@@ -42,7 +42,7 @@ from sinssim.recording.result import plain, software, versions, write_json, writ
 from sinssim.recording.streams import write_table
 from sinssim.statistics.percentiles import runs_for_band
 from sinssim.statistics.requirements import Quantity, Requirement
-from sinssim.system.outputs import write_text
+from sinssim.system.files import write_text
 from sinssim.units import fixed
 
 MOST_PANELS = 12

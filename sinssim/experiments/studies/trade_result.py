@@ -24,7 +24,7 @@ from sinssim.recording.result import Media, Result
 from sinssim.statistics.circular_error import END
 from sinssim.statistics.percentiles import runs_for_band
 from sinssim.statistics.requirements import QUANTITIES, SHARES, Quantity, Requirement, parse_quantity
-from sinssim.system.outputs import draft
+from sinssim.system.files import draft
 from sinssim.system.short_repr import html_table
 from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, SPEED_SCALE, suiting
 

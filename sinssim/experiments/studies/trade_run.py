@@ -36,7 +36,7 @@ from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.planned_limits import check_times, warn_of_limits
 from sinssim.statistics.requirement_verdict import VerdictInUnit
-from sinssim.system.outputs import MARK, Draft, remove
+from sinssim.system.files import MARK, Draft, remove
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario

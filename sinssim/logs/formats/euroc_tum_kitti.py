@@ -45,7 +45,7 @@ from sinssim.logs.numeric_columns import (
     write_columns,
 )
 from sinssim.logs.recorded_streams import Clock, InertialStream, SolutionStream, Streams
-from sinssim.system.user_file import open_file, read_text
+from sinssim.system.files import open_file, read_text
 from sinssim.units import DEG
 
 NS = 1_000_000_000

@@ -29,7 +29,7 @@ from sinssim.logs.formats.registry import Format
 from sinssim.logs.gps_time import DAY, EPOCH_UNIX, WEEK, date_seconds, gps_from_unix, unrolled
 from sinssim.logs.numeric_columns import WHITESPACE, check_finite, cut_row, cut_rows, numbers_of, text_rows, uneven
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, Streams
-from sinssim.system.user_file import open_text, read_text
+from sinssim.system.files import open_text, read_text
 from sinssim.units import DEG, KNOT
 
 _ANDROID_KINDS = ("Accel", "UncalAccel", "Gyro", "UncalGyro", "Fix")

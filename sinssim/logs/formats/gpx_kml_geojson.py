@@ -27,7 +27,7 @@ from sinssim.logs.formats.registry import Format
 from sinssim.logs.formats.run_export import Content, Export
 from sinssim.logs.gps_time import gps_seconds, unix_from_gps
 from sinssim.logs.recorded_streams import Clock, FixStream, Streams
-from sinssim.system.user_file import open_file
+from sinssim.system.files import open_file
 from sinssim.units import DEG
 
 

@@ -32,7 +32,7 @@ from sinssim.logs.formats.registry import Format, library
 from sinssim.logs.formats.run_export import Content, Export
 from sinssim.logs.gps_time import DAY, WEEK, gps_from_date, gps_from_unix, unix_from_gps, unrolled
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
-from sinssim.system.user_file import open_file, read_text
+from sinssim.system.files import open_file, read_text
 from sinssim.units import DEG, G0, KNOT
 
 NMEA_QUALITY = {

@@ -26,7 +26,7 @@ from sinssim.errors import InputError
 from sinssim.logs.formats.registry import Format, library, refused
 from sinssim.logs.gps_time import WEEK
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
-from sinssim.system.user_file import open_file, read_text
+from sinssim.system.files import open_file, read_text
 from sinssim.units import ARCSEC, DEG, FOOT, G0
 
 _EPSON = 1e-3 * G0 / 65536.0

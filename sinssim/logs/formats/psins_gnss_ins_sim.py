@@ -40,7 +40,7 @@ from sinssim.logs.formats.run_export import Content, Export
 from sinssim.logs.local_level import swapped
 from sinssim.logs.numeric_columns import check_finite, columns_of, read_numbers, rounded, write_columns
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
-from sinssim.system.user_file import open_text
+from sinssim.system.files import open_text
 from sinssim.units import ARCSEC, DEG, G0
 
 

@@ -27,7 +27,7 @@ from sinssim.logs.formats.registry import Format, library, refused
 from sinssim.logs.gps_time import WEEK, gps_from_unix
 from sinssim.logs.numeric_columns import cut_row
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
-from sinssim.system.user_file import read_bytes, user_file
+from sinssim.system.files import read_bytes, user_file
 from sinssim.units import DEG
 
 MAGIC = b"\x55\x4c\x6f\x67\x01\x12\x35"

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sinssim.errors import InputError
+from sinssim.system.files import open_file
 from sinssim.system.registries import ensure, entries, load_entry
-from sinssim.system.user_file import open_file
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -32,7 +32,7 @@ from sinssim.logs.formats.registry import Format, library, refused
 from sinssim.logs.formats.run_export import Content, Export
 from sinssim.logs.local_level import flipped, swapped
 from sinssim.logs.recorded_streams import FixStream, InertialStream, SolutionStream, Streams
-from sinssim.system.user_file import read_bytes, user_file
+from sinssim.system.files import read_bytes, user_file
 from sinssim.units import DEG
 
 BAG1, MCAP, SQLITE = b"#ROSBAG V2.0\n", b"\x89MCAP0\r\n", b"SQLite format 3\0"

@@ -21,7 +21,7 @@ from sinssim.logs.formats.run_export import Content, Export
 from sinssim.logs.gps_time import WEEK, leap_seconds_of_day
 from sinssim.logs.numeric_columns import WHITESPACE, CutRows, cut_rows
 from sinssim.logs.recorded_streams import Clock, FixStream, HeightDatum, Streams
-from sinssim.system.user_file import read_text
+from sinssim.system.files import read_text
 from sinssim.units import DEG
 
 QUALITY = {1: "fixed", 2: "float", 3: "SBAS", 4: "DGPS", 5: "single", 6: "PPP"}

@@ -21,7 +21,7 @@ from sinssim.logs.log_settings import outage_spans
 from sinssim.logs.recorded_log import withheld
 from sinssim.logs.recorded_streams import FixStream, InertialStream, SolutionStream
 from sinssim.logs.stored_run import RecordedRun
-from sinssim.system.outputs import Draft, draft, publish
+from sinssim.system.files import Draft, draft, publish
 from sinssim.system.registries import load_entry
 
 

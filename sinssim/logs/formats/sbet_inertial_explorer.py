@@ -30,7 +30,7 @@ from sinssim.logs.formats.run_export import Content, Export
 from sinssim.logs.gps_time import WEEK, check_weeks, unrolled, week_and_seconds
 from sinssim.logs.numeric_columns import WHITESPACE, cut_rows, not_a_number, uneven
 from sinssim.logs.recorded_streams import Clock, FixStream, HeightDatum, SolutionStream, Streams
-from sinssim.system.user_file import read_text, user_file
+from sinssim.system.files import read_text, user_file
 from sinssim.units import DEG
 
 _RECORD = 17 * 8

@@ -26,7 +26,7 @@ from sinssim.jit import strict_kernel
 from sinssim.recording import style
 from sinssim.recording.streams import Stream
 from sinssim.recording.style import RowNumbers
-from sinssim.system.outputs import draft
+from sinssim.system.files import draft
 from sinssim.truth.sampling import FlightEvent
 
 COLUMNS = 4000

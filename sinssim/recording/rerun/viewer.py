@@ -29,7 +29,7 @@ from sinssim import __version__
 from sinssim.errors import InputError, RunError
 from sinssim.logs.stored_run import warn_of_version
 from sinssim.recording.rerun.views import RunInfo, all_views
-from sinssim.system.outputs import Draft, draft
+from sinssim.system.files import Draft, draft
 from sinssim.system.process import interruptible
 
 _ELSEWHERE = re.compile(r"\s*<link\b[^>]*https://fonts\.[^>]*>", re.DOTALL)

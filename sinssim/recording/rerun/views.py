@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from sinssim.content import find_content, list_content, package_content, warn_once
 from sinssim.errors import InputError, unknown_name
-from sinssim.system.outputs import Draft
+from sinssim.system.files import Draft
 
 if TYPE_CHECKING:
     import rerun.blueprint as rrb

@@ -38,8 +38,7 @@ from sinssim.sensors.imu.error_term_table import CALIBRATED
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu import Imu, draw
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.sets.redundant_geometry import along
-from sinssim.sensors.sets.sensor_set import Redundant
+from sinssim.sensors.sets.sensor_set import Redundant, along
 
 # Each further triad of accelerometers has its own seed, far from those of scenarios.
 APART = 1 << 32

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sinssim.errors import InputError
-from sinssim.system.outputs import Draft
+from sinssim.system.files import Draft
 from sinssim.truth.aircraft_design.acceptance_flight import LegErrors, fly_acceptance
 from sinssim.truth.aircraft_design.aircraft_file import aircraft_text
 from sinssim.truth.aircraft_design.linear_model import LATERAL, VERTICAL, FlownResponses, LinearModel

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from sinssim.errors import InputError
-from sinssim.system.outputs import Draft
+from sinssim.system.files import Draft
 from sinssim.truth.aircraft_design.acceptance_flight import LegErrors
 from sinssim.truth.aircraft_design.loop_design import LEAST_DB, LEAST_DEG, LoopDesign
 from sinssim.truth.aircraft_design.model_survey import Survey, engine_words

@@ -18,7 +18,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.system.outputs import Draft
+from sinssim.system.files import Draft
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.autopilot import INTERVAL
 from sinssim.truth.flight.flight_plan import FlightPlan

@@ -13,8 +13,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from sinssim.errors import InputError, unknown_name
-from sinssim.system.outputs import Draft
-from sinssim.system.user_file import user_file
+from sinssim.system.files import Draft, user_file
 from sinssim.truth.flight.jsbsim_model import STEP, quiet
 from sinssim.units import FOOT, KNOT
 

@@ -13,7 +13,7 @@ from contextlib import ExitStack
 from typing import Self
 
 from sinssim.errors import InputError
-from sinssim.system.outputs import Draft
+from sinssim.system.files import Draft
 from sinssim.truth.flight.aircraft import Envelope, load_aircraft
 from sinssim.truth.flight.atmosphere import Air
 from sinssim.truth.flight.autopilot import G

@@ -22,8 +22,7 @@ import numpy as np
 
 from sinssim.content import find_content
 from sinssim.system.extensions import source_of
-from sinssim.system.outputs import draft
-from sinssim.system.user_file import read_bytes
+from sinssim.system.files import draft, read_bytes
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.atmosphere import Air
 from sinssim.truth.flight.flight_log import FlightLog

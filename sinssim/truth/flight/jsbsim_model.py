@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 
 from sinssim.content import find_content
 from sinssim.errors import InputError
-from sinssim.system.user_file import user_file
+from sinssim.system.files import user_file
 from sinssim.truth.flight.aircraft import Aircraft, load_aircraft
 from sinssim.truth.flight.atmosphere import Air, WindVector
 from sinssim.truth.flight.autopilot import HEADING, AircraftState, Autopilot, G

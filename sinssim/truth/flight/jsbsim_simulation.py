@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import Any
 
 from sinssim.errors import InputError
-from sinssim.system.outputs import Draft
+from sinssim.system.files import Draft
 from sinssim.truth.flight.aircraft import Aircraft, load_aircraft
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.flight_log import CHANNELS, FlightRecord, shortfall

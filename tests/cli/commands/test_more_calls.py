@@ -137,8 +137,8 @@ def test_score(sinssim: Sinssim, put: Put, monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_sensors(sinssim: Sinssim, put: Put) -> None:
     expected = put("sensors.error_propagation.expect", "result")
-    exhibits = put("experiments.run.grade_expectation.expectation_exhibits", "exhibits")
-    numbers = put("experiments.run.grade_expectation.expectation_numbers", SUMMARY)
+    exhibits = put("experiments.run.plan_exhibits.expectation_exhibits", "exhibits")
+    numbers = put("experiments.run.plan_exhibits.expectation_numbers", SUMMARY)
     shown = put("recording.console.show_items")
     assert sinssim("sensors", "tactical") == ""
     assert expected.args[1] == pytest.approx(pi / 4.0)

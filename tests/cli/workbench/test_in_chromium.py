@@ -11,7 +11,7 @@ from urllib.parse import quote
 import pytest
 
 from sinssim.cli.workbench import child_commands
-from sinssim.system.outputs import MARK
+from sinssim.system.files import MARK
 from tests.browser import CHROMIUM, Page
 from tests.cli.workbench.served import Served, served
 from tests.cli.workbench.test_child_commands import STAND_IN, exists, until

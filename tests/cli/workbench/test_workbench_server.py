@@ -10,7 +10,7 @@ from urllib.parse import quote
 
 import pytest
 
-from sinssim.system.outputs import MARK
+from sinssim.system.files import MARK
 from tests.cli.workbench.served import Served, served
 from tests.scenario.examples import PARKED
 

@@ -214,7 +214,7 @@ def test_an_ensemble_is_replaced_only_on_request(tmp_path) -> None:
 
 
 def test_a_directory_in_use(tmp_path) -> None:
-    from sinssim.system.outputs import try_hold
+    from sinssim.system.files import try_hold
 
     sinssim.ensemble(scenario(), 5, tmp_path / "e")
     lock = try_hold(tmp_path / "e")

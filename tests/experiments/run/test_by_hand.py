@@ -21,7 +21,7 @@ from sinssim.experiments.run import run_comparison
 from sinssim.experiments.run.finished_runs import Entry, FinishedRun, is_marked, kind_of, load_streams, runs_in, size_of
 from sinssim.experiments.run.run_comparison import compare_runs, comparison_exhibits, write_comparison
 from sinssim.recording.page import page_of
-from sinssim.system.outputs import MARK
+from sinssim.system.files import MARK
 
 COLUMNS = (
     "time_s", "position_n_m", "position_e_m", "position_d_m", "velocity_n_mps", "velocity_e_mps", "velocity_d_mps",

@@ -13,7 +13,7 @@ from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.sets import redundant_geometry
+from sinssim.sensors.sets import sensor_set
 from sinssim.sensors.sets.fault_detection import combine
 from sinssim.sensors.sets.redundant_errors import combined_errors, combined_sigma, spread
 from sinssim.sensors.sets.sensor_readings import draw_true_errors, read
@@ -49,16 +49,12 @@ def motion(samples: int = 400) -> ImuData:
     return ImuData(time, 0.02 * random.normal(size=(samples, 3)), 0.2 * random.normal(size=(samples, 3)))
 
 
-@pytest.mark.parametrize(
-    "axes", [*redundant_geometry.READY.values(), redundant_geometry._cone(8)], ids=[*redundant_geometry.READY, "octad"]
-)
+@pytest.mark.parametrize("axes", [*sensor_set.READY.values(), sensor_set._cone(8)], ids=[*sensor_set.READY, "octad"])
 def test_noise_of_n_equal_sensors_is_smaller_by_the_root_of_3_over_n(axes: Array) -> None:
     assert spread(axes) == pytest.approx(3.0 / len(axes) * np.eye(3), abs=1e-15)
 
 
-@pytest.mark.parametrize(
-    "axes", [np.array(SKEWED), redundant_geometry.READY["dodecahedron"]], ids=["skewed", "dodecahedron"]
-)
+@pytest.mark.parametrize("axes", [np.array(SKEWED), sensor_set.READY["dodecahedron"]], ids=["skewed", "dodecahedron"])
 def test_combination_has_the_errors_of_the_triad(axes: Array) -> None:
     """To first order: products of scale factors and misalignments are at most 4e-3 of the errors."""
     plan = section({"directions": axes.tolist()}, **LINEAR)
@@ -76,7 +72,7 @@ def test_combination_has_the_errors_of_the_triad(axes: Array) -> None:
 
 def test_three_orthogonal_sensors_are_a_plain_triad(monkeypatch: pytest.MonkeyPatch) -> None:
     """With the same errors, noise included, and the same calibration; axes across differ only in their directions."""
-    monkeypatch.setitem(redundant_geometry.READY, "cone-5", np.eye(3))
+    monkeypatch.setitem(sensor_set.READY, "cone-5", np.eye(3))
     errors = {k: v for k, v in LINEAR.items() if "misalign" not in k and "g_sens" not in k} | {
         "gyro_arw_deg_sqrt_h": 0.1, "accel_vrw_ug_sqrt_hz": 100.0, "gyro_flicker_deg_h": 1.0, "accel_quantum_mm_s": 0.1,
     }  # fmt: skip
@@ -94,9 +90,7 @@ def test_three_orthogonal_sensors_are_a_plain_triad(monkeypatch: pytest.MonkeyPa
         assert mine.dvel == pytest.approx(theirs.dvel, rel=1e-13, abs=1e-13)
 
 
-@pytest.mark.parametrize(
-    "axes", [np.array(SKEWED), *slow(redundant_geometry.READY["cone-4"])], ids=["skewed", "cone-4"]
-)
+@pytest.mark.parametrize("axes", [np.array(SKEWED), *slow(sensor_set.READY["cone-4"])], ids=["skewed", "cone-4"])
 @pytest.mark.parametrize("draws", [100, *slow(800)])
 def test_standard_deviations_are_those_of_draws(axes: Array, draws: int) -> None:
     """A standard deviation is within 4.4σ, 11 % of 800 draws, for all of 24 numbers but with 2e-4."""
@@ -138,7 +132,7 @@ def test_errors_of_the_calibration_remain() -> None:
     left = Compensation(gyro_bias_sigma_deg_h=0.5, gyro_scale_sigma_ppm=100.0, accel_misalignment_sigma_arcsec=20.0)
     errors = draw_true_errors(plan, 2, left)
     readings = read(PARKED, ideal, plan, 2, errors)[1]
-    axes = redundant_geometry.READY["dodecahedron"]
+    axes = sensor_set.READY["dodecahedron"]
     truth = combined_errors(errors.single_sensors, axes)
     known = combined_errors(errors.single_calibrations, axes)
     expected = (truth.gyro.bias - known.gyro.bias) / RATE

@@ -14,9 +14,9 @@ from sinssim.sensors.imu.encoder import EncoderErrors, Encoders, draw_encoders, 
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu import Imu, draw
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.sets.gimballed_sensors import draw_attitude_sensor, draw_platform, torquer_sigma
 from sinssim.sensors.sets.redundant_errors import noise_variance
-from sinssim.sensors.sets.redundant_geometry import READY, checked_directions, dilution
+from sinssim.sensors.sets.sensor_readings import draw_attitude_sensor, draw_platform, torquer_sigma
+from sinssim.sensors.sets.sensor_set import READY, checked_directions, dilution
 from sinssim.sensors.sets.single_sensors import axes_about, emulate_accelerometers
 
 _ARCSEC = np.pi / 648_000.0

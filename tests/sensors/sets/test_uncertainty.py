@@ -15,7 +15,7 @@ from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.sets.redundant_errors import Inputs, accumulated_inputs, noise_variance
-from sinssim.sensors.sets.redundant_geometry import READY
+from sinssim.sensors.sets.sensor_set import READY
 from sinssim.sensors.sets.single_sensors import axes_about
 
 RATE = 50.0

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from sinssim.experiments.run.parts.beside_filter import FurtherFilters
-from sinssim.experiments.run.parts.foreign_navigators import Navigators
+from sinssim.experiments.run.parts.further_solutions import FurtherFilters, Navigators
 from sinssim.experiments.run.parts.guided_flight import Guidance, OffPath
 from sinssim.experiments.run.parts.imu_mounting import OnPlatform, Rotation
 from sinssim.experiments.run.parts.judged_outages import Outages

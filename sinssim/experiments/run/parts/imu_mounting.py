@@ -29,7 +29,7 @@ from sinssim.units import ANGLE_SCALE, DEG, LENGTH_SCALE, fixed
 
 if TYPE_CHECKING:
     from sinssim.sensors.imu.encoder import Encoders
-    from sinssim.sensors.sets.gimballed_sensors import PlatformErrors
+    from sinssim.sensors.sets.sensor_readings import PlatformErrors
     from sinssim.strapdown.gimballed_platform import PlatformSolution
     from sinssim.strapdown.navigation_error import NavError
     from sinssim.strapdown.platform_theory import ErrorsByCause
@@ -125,7 +125,7 @@ class OnPlatform(Part[PlatformNumbers]):
         """
         from sinssim.sensors.imu.emulation import emulate
         from sinssim.sensors.imu.size_effect import rectified
-        from sinssim.sensors.sets.gimballed_sensors import without_errors_of_turns
+        from sinssim.sensors.sets.sensor_readings import without_errors_of_turns
 
         truth, true = self.run.truth, self.run.sensed.errors
         if self.strapdown is None:

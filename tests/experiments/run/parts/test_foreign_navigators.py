@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from sinssim.exhibits import Sentence, Table
-from sinssim.experiments.run.parts import foreign_navigators
-from sinssim.experiments.run.parts.foreign_navigators import Navigators
+from sinssim.experiments.run.parts import further_solutions
+from sinssim.experiments.run.parts.further_solutions import Navigators
 from sinssim.simulation.navigator_protocol import ForeignSolution
 
 
@@ -49,7 +49,7 @@ def test_the_share_within_sigma_and_the_status() -> None:
                              attitude=np.full((2, 3), np.nan))  # fmt: skip
     run: Any = SimpleNamespace(axes="north", errors={"mine": errors})
     assert Navigators(run)._within("mine", sigma) == {"position": 0.5}
-    assert foreign_navigators._counts(np.array([2.0, 1.0, 2.0, np.nan])) == {"1": 1, "2": 2}
+    assert further_solutions._counts(np.array([2.0, 1.0, 2.0, np.nan])) == {"1": 1, "2": 2}
 
 
 def test_the_entry_and_the_streams() -> None:
@@ -83,9 +83,9 @@ def test_the_entry_and_the_streams() -> None:
 
 def test_a_status_of_many_values_is_a_number() -> None:
     """Twenty different values are counted, twenty-one are not."""
-    assert foreign_navigators._counts(np.arange(20.0)) == {str(k): 1 for k in range(20)}
-    assert foreign_navigators._counts(np.arange(21.0)) is None
-    assert foreign_navigators._counts(None) is None
+    assert further_solutions._counts(np.arange(20.0)) == {str(k): 1 for k in range(20)}
+    assert further_solutions._counts(np.arange(21.0)) is None
+    assert further_solutions._counts(None) is None
 
 
 def test_the_shares_of_all_three() -> None:

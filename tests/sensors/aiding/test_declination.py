@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.earth import magnetic_field as declination
-from sinssim.earth.magnetic_field import decimal_year, field_along, magnetic_field
 from sinssim.errors import InputError
+from sinssim.sensors.aiding import magnetometer as declination
+from sinssim.sensors.aiding.magnetometer import decimal_year, field_along, magnetic_field
 
 # NOAA NCEI, WMM2025_TEST_VALUES.txt and WMM2020testvalues.pdf: year, height km, latitude, longitude, D in degrees.
 DECLINATION = [
