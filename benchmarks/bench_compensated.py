@@ -24,15 +24,15 @@ from typing import Any
 
 import numpy as np
 
+import sinssim.strapdown.navigate as navigation
 from sinssim import block_of, load_scenario
 from sinssim.data import ImuData, NavSolution, NavState
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.earth.gravity_disturbance import DisturbingField
 from sinssim.sensors.imu.encoder import encoders_of
-from sinssim.strapdown import gravity_disturbance
 from sinssim.strapdown.navigate import navigate
+from sinssim.truth.motion import TrueGravity
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
-from sinssim.truth.true_gravity import TrueGravity
 
 
 @dataclass
@@ -59,14 +59,14 @@ def in_field(imu: ImuData, known: DisturbingField, on: Callable[[ImuData], NavSo
     """Navigate with a field and return the parts of the time."""
     parts = Parts()
     names = ("disturbance_along", "disturbance_in_body", "_felt_rows")
-    before = {name: getattr(gravity_disturbance, name) for name in names}
+    before = {name: getattr(navigation, name) for name in names}
     try:
         for name in names:
-            setattr(gravity_disturbance, name, parts.timed(name, before[name]))
-        parts.timed("whole", gravity_disturbance.navigate_in_field)(imu, known, WGS84, parts.timed("navigate", on))
+            setattr(navigation, name, parts.timed(name, before[name]))
+        parts.timed("whole", navigation.navigate_in_field)(imu, known, WGS84, parts.timed("navigate", on))
     finally:
         for name, work in before.items():
-            setattr(gravity_disturbance, name, work)
+            setattr(navigation, name, work)
     return parts
 
 

@@ -44,7 +44,7 @@ BEYOND = (
     Row(
         "",
         "Baro loop of third order: k₁ = 3/τ, k₂ = 3/τ² + 2g/R, k₃ = 1/τ³",
-        ("strapdown.frames.vertical_channel.loop_gains_k", "strapdown.navigate.navigate"),
+        ("strapdown.frames.navigation_problem.loop_gains_k", "strapdown.navigate.navigate"),
         ("strapdown/frames/test_vertical.py::test_baro_loop_answers_with_its_triple_pole",),
     ),
     Row(
@@ -65,8 +65,8 @@ BEYOND = (
     Row(
         "",
         "First-order Gauss-Markov process, sampled and averaged exactly",
-        ("sensors.gauss_markov.gauss_markov",),
-        ("sensors/test_gauss_markov.py::test_process_has_its_covariance_at_any_instants",),
+        ("statistics.random_numbers.gauss_markov",),
+        ("statistics/test_gauss_markov.py::test_process_has_its_covariance_at_any_instants",),
     ),
     Row(
         "",

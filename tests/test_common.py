@@ -28,7 +28,9 @@ from sinssim.arguments import (
 )
 from sinssim.data import ImuData, Measurements, NavSolution, NavState
 from sinssim.earth.ellipsoids import normal
-from sinssim.earth.transverse_route import (
+from sinssim.errors import InputError, SinssimWarning, nearest, printable, respelled, shortened, unknown_name, warn
+from sinssim.formatting import capital, number_text, signed, size_text
+from sinssim.strapdown.mechanization import (
     distance_from_pole,
     nearest_allowed,
     route_along,
@@ -36,8 +38,6 @@ from sinssim.earth.transverse_route import (
     sentence,
     too_near,
 )
-from sinssim.errors import InputError, SinssimWarning, nearest, printable, respelled, shortened, unknown_name, warn
-from sinssim.formatting import capital, number_text, signed, size_text
 
 
 @pytest.mark.parametrize(

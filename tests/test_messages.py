@@ -24,7 +24,6 @@ from sinssim.arguments import check_increasing, checked_initial, numbers
 from sinssim.cli.commands.analyses import _check_out
 from sinssim.content import package_content
 from sinssim.data import ImuData, Measurements, NavState
-from sinssim.earth.transverse_route import route_pole
 from sinssim.errors import InputError
 from sinssim.estimation.state_model import Block
 from sinssim.experiments import experiment_directory
@@ -57,6 +56,7 @@ from sinssim.statistics.random_numbers import key
 from sinssim.statistics.requirement_verdict import tally
 from sinssim.statistics.requirements import parse_requirement
 from sinssim.strapdown.attitude import functional_iteration
+from sinssim.strapdown.mechanization import route_pole
 from sinssim.system.extensions import _kind_of, items_of
 from sinssim.system.files import MARK, check_directory, check_place
 from sinssim.truth.curve import checked_knots

@@ -27,7 +27,6 @@ import numpy as np
 from sinssim.arguments import checked_initial, doubles, number
 from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
 from sinssim.earth.gravity_disturbance import DisturbingField
-from sinssim.earth.transverse_route import route_along
 from sinssim.errors import InputError, RunError, check_name, shortened
 from sinssim.estimation.error_dynamics import driving_noise
 from sinssim.estimation.filter_loop import Loop
@@ -42,9 +41,8 @@ from sinssim.sensors.imu.compensation import MeanGyroRates
 from sinssim.sensors.imu.encoder import Encoders
 from sinssim.sensors.measurement_kind import CORE
 from sinssim.sensors.vibration_noise import AddedNoise, vibration
-from sinssim.strapdown.gravity_disturbance import navigate_in_field
-from sinssim.strapdown.mechanization import Mechanization, Options, chosen
-from sinssim.strapdown.navigate import Segments, navigate
+from sinssim.strapdown.mechanization import Mechanization, Options, chosen, route_along
+from sinssim.strapdown.navigate import Segments, navigate, navigate_in_field
 from sinssim.strapdown.solution_coordinates import axes_of
 from sinssim.system.process import give_back_memory
 

@@ -13,18 +13,11 @@ import numpy as np
 from sinssim.algorithms import PLATFORM, REGISTRY
 from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import normal
-from sinssim.earth.transverse_route import (
-    RADIUS,
-    distance_from_pole,
-    nearest_allowed,
-    route_pole,
-    sentence,
-    too_near,
-)
 from sinssim.errors import InputError, warn
 from sinssim.frames import FRAME_REGISTRY
 from sinssim.logs.track_motion import Track
 from sinssim.scenario.tables import Tables
+from sinssim.strapdown.mechanization import RADIUS, distance_from_pole, nearest_allowed, route_pole, sentence, too_near
 from sinssim.system.process import machine_memory
 from sinssim.truth.flight.aircraft import (
     Envelope,

@@ -43,7 +43,7 @@ from sinssim.system.registries import register, registered
 from sinssim.toml_file import ONE_OF_SEVERAL
 from sinssim.toml_section import Moment, Name, Section, Sentence, known_name, once
 from sinssim.truth.flight.flight import Flight
-from sinssim.truth.motion import TrueEarth
+from sinssim.truth.motion import TrueEarth, TrueGravity
 from sinssim.truth.motions.analytic import ClosedFormMotion
 from sinssim.truth.motions.coning_and_rocking import ConingMotion, ScullingMotion, SpinConeMotion, SpinRockMotion
 from sinssim.truth.motions.multirotor import MultirotorMotion
@@ -54,7 +54,6 @@ from sinssim.truth.motions.turntable import RotationTableMotion, Turntable
 from sinssim.truth.motions.vibration import Isolator, Vibration
 from sinssim.truth.motions.walk import WalkMotion
 from sinssim.truth.one_component import OneComponent
-from sinssim.truth.true_gravity import TrueGravity
 
 
 def _registered(paths: tuple[str, ...]) -> tuple[str, ...]:

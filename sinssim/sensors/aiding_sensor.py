@@ -202,7 +202,7 @@ def correlated(seed: int, term: str, sigma: Sequence[float] | Array, time: Array
     """Return a stationary first-order Gauss-Markov process at times, (M, k), with 1σ by axis, (k,)."""
     if not np.any(sigma):
         return np.zeros((len(time), len(sigma)))
-    from sinssim.sensors.gauss_markov import gauss_markov
+    from sinssim.statistics.random_numbers import gauss_markov
 
     fresh = white(seed, term, sigma, len(time))
     interval = np.diff(time)

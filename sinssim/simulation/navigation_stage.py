@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from sinssim.sensors.sets.sensor_readings import TrueErrors
     from sinssim.simulation.truth_and_sensors import Sensed
     from sinssim.simulation.truth_comparison import Aided
-    from sinssim.strapdown.frames.vertical_channel import HeightReadings
+    from sinssim.strapdown.frames.navigation_problem import HeightReadings
     from sinssim.strapdown.mechanization import Mechanization
     from sinssim.strapdown.navigation_error import NavError
 
@@ -85,7 +85,7 @@ def in_known_field(setup: Setup) -> Setup:
     field = known_field(setup.scenario)
     if field is None:
         return setup
-    from sinssim.strapdown.gravity_disturbance import navigate_in_field
+    from sinssim.strapdown.navigate import navigate_in_field
 
     inner = setup.engine
 

@@ -45,7 +45,6 @@ from sinssim.algorithms import PLATFORM
 from sinssim.arguments import checked_initial, first_not_finite, not_finite_in
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
-from sinssim.earth.transverse_route import route_pole, too_near
 from sinssim.errors import InputError, RunError
 from sinssim.jit import bind, inline
 from sinssim.rotation.quaternions import Quaternion, Vector, multiply_k, quaternion_from_rotation_vector_k, rotate_k
@@ -63,16 +62,21 @@ from sinssim.strapdown.frames.azimuth import (
     start_azimuth_k,
     step_azimuth_k,
 )
-from sinssim.strapdown.frames.navigation_problem import FORMS, Models, Rows, channel_of, form_of, models_of
-from sinssim.strapdown.frames.vertical_channel import (
+from sinssim.strapdown.frames.navigation_problem import (
+    FORMS,
     Channel,
     HeightReadings,
+    Models,
+    Rows,
+    channel_of,
+    form_of,
     height_reference,
     loop_gains_k,
+    models_of,
     reference_k,
     start_loop_k,
 )
-from sinssim.strapdown.mechanization import Mechanization, Options, chosen
+from sinssim.strapdown.mechanization import Mechanization, Options, chosen, route_pole, too_near
 from sinssim.strapdown.solution_coordinates import POLAR_LIMIT
 from sinssim.system.short_repr import short_repr
 

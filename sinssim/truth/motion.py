@@ -1,20 +1,156 @@
-"""What the tables of a scenario that give the true motion have in common: each makes a trajectory of its keys."""
+"""The base of all motions of a scenario, each of which makes a trajectory of its keys, and the table [gravity].
+
+[gravity] is the true gravity field, and the random remainder that no model has.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated
+from functools import lru_cache
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 
 from sinssim import rotation
 from sinssim.earth.ellipsoids import ELLIPSOIDS, GRAVITY_MODELS, Ellipsoid
+from sinssim.errors import InputError
 from sinssim.toml_section import Height, Latitude, Longitude, Section, Source, Vector3, known_name
+from sinssim.units import ARCSEC, MGAL
 
 if TYPE_CHECKING:
     from sinssim.data import Array
+    from sinssim.earth.ellipsoids import Ellipsoid
+    from sinssim.earth.gravity_disturbance import DisturbingField
+    from sinssim.earth.harmonic_coefficients import Coefficients
     from sinssim.truth.trajectory import Trajectory
+    from sinssim.truth.true_gravity_disturbance import Disturbed, RemainderModel
+
+_NORMAL_DEGREE = 2
+"""Degree to which normal gravity knows the field."""
+_Deflection = Annotated[float, Field(ge=0.0, le=200.0)]
+_Anomaly = Annotated[float, Field(ge=0.0, le=2000.0)]
+_Kilometres = Annotated[float, Field(ge=0.1, le=5000.0)]
+_Order = Annotated[int, Field(ge=2, le=3)]
+_Degree = Annotated[int, Field(ge=2, le=2190)]
+
+
+class GravityRemainder(Section):
+    """The part of gravity beyond the model, which is a Gauss-Markov process over the distance travelled. Values that
+    are left out follow from the anomaly degree variances of Tscherning and Rapp (1974) beyond the model's degree, at
+    `altitude_m`. Beyond degree 120, they are 4.8 arcsec, 32 mGal and 21 km on the ground."""
+
+    order: _Order = Field(
+        default=2, description="order of the process: 2, (1 + βd) exp(-βd), or 3, (1 + βd + β²d²/3) exp(-βd)"
+    )
+    xi_sigma_arcsec: _Deflection | None = Field(default=None, description="1σ of the deflection to the north")
+    eta_sigma_arcsec: _Deflection | None = Field(default=None, description="1σ of the deflection to the east")
+    anomaly_sigma_mgal: _Anomaly | None = Field(default=None, description="1σ of the gravity anomaly")
+    correlation_km: _Kilometres | None = Field(default=None, description="distance at which the correlation is 1/e")
+    altitude_m: Height = Field(default=0.0, description="height for the default values of this table")
+
+
+class TrueGravity(Section):
+    """The true gravity field, which acts on the sensors. The navigation algorithm uses normal gravity unless
+    navigation.gravity_degree is given."""
+
+    model: Literal["normal", "egm2008", "icgem"] = Field(
+        default="normal",
+        description='"normal": gravity of the ellipsoid; "egm2008": the model of the package, to degree 120; "icgem": '
+        "the model in `file`",
+    )
+    file: str | None = Field(
+        default=None, description='coefficients in the format of the ICGEM (.gfc), relative to this file; for "icgem"'
+    )
+    degree: _Degree | None = Field(default=None, description="highest degree and order; default: that of the model")
+    remainder: GravityRemainder | None = None
+
+    rules = (
+        (lambda s: (s.model == "icgem") != (s.file is not None)
+         and ("file is missing" if s.file is None else f'file = "{s.file}"'),
+         'model = "icgem" needs file, the path of its coefficients (.gfc), and no other model takes one; here model = '
+         '"{s.model}" and {it}'),
+        (lambda s: s.model == "normal" and s.degree is not None,
+         'degree = {s.degree} would have no effect: model = "normal" has none; choose model = "egm2008"'),
+    )  # fmt: skip
+
+    @classmethod
+    def normalized(cls, data: dict[str, Any]) -> dict[str, Any]:
+        """Add the model of a file."""
+        return {"model": "icgem", **data} if data.get("file") is not None else data
+
+    @model_validator(mode="after")
+    def _model_is_available(self) -> Self:
+        try:
+            self.coefficients()
+        except InputError as error:
+            raise ValueError(str(error)) from error
+        return self
+
+    def coefficients(self, degree: int | None = None) -> Coefficients | None:
+        """Return the coefficients of the model up to a degree, by default that of the section; None for normal
+        gravity."""
+        if self.model == "normal":
+            return None
+        degree = self.degree if degree is None else degree
+        if self.model == "icgem":
+            from sinssim.earth.harmonic_coefficients import known_icgem
+
+            assert self.file is not None
+            return known_icgem(self.file, degree)
+        from sinssim.earth.harmonic_coefficients import shipped
+
+        model = shipped()
+        return model if degree is None else model.to_degree(degree)
+
+    def field(self, ellipsoid: Ellipsoid, degree: int | None = None) -> DisturbingField | None:
+        """Return the disturbing field up to a degree, by default that of the model; None for normal gravity."""
+        model = self.coefficients(degree)
+        return None if model is None else _field(model, ellipsoid)
+
+    def beyond(self, degree: int | None, ellipsoid: Ellipsoid) -> DisturbingField | None:
+        """Return the part of the field that a navigator does not know; None if there is none. It knows the field to the
+        degree, normal gravity only without one."""
+        field = self.field(ellipsoid)
+        if field is None or degree == field.degree:
+            return None
+        return field if degree is None else field.beyond(degree)
+
+    def remainder_model(self) -> RemainderModel | None:
+        """Return the statistics of the remainder, with the sizes of `omission` where the table has none; None without a
+        remainder."""
+        from sinssim.earth.harmonic_coefficients import omission
+        from sinssim.truth.true_gravity_disturbance import RemainderModel
+
+        section = self.remainder
+        if section is None:
+            return None
+        model = self.coefficients()
+        left = omission(_NORMAL_DEGREE if model is None else model.degree, section.altitude_m)
+
+        def given(value: float | None, unit: float, instead: float) -> float:
+            return instead if value is None else value * unit
+
+        sigma = (
+            given(section.xi_sigma_arcsec, ARCSEC, left.deflection),
+            given(section.eta_sigma_arcsec, ARCSEC, left.deflection),
+            given(section.anomaly_sigma_mgal, MGAL, left.anomaly),
+        )
+        return RemainderModel(section.order, sigma, given(section.correlation_km, 1e3, left.distance))
+
+    def felt(self, motion: Trajectory, seed: int) -> Disturbed:
+        """Return a motion whose sensors feel the field."""
+        from sinssim.truth.true_gravity_disturbance import Disturbed
+
+        return Disturbed(motion, self.field(motion.ellipsoid), self.remainder_model(), seed)
+
+
+@lru_cache(maxsize=4)
+def _field(model: Coefficients, ellipsoid: Ellipsoid) -> DisturbingField:
+    from sinssim.earth.gravity_disturbance import DisturbingField
+
+    return DisturbingField(model, ellipsoid)
+
 
 Gravity = Annotated[str, AfterValidator(known_name("gravity model", GRAVITY_MODELS))]
 EllipsoidName = Annotated[str, AfterValidator(known_name("ellipsoid", ELLIPSOIDS))]

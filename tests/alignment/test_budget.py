@@ -28,10 +28,10 @@ from sinssim.data import ImuData
 from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.sensors import ImuErrors, TriadErrors, flicker
-from sinssim.sensors.gauss_markov import gauss_markov
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.laser_gyro import LaserGyros
+from sinssim.statistics.random_numbers import gauss_markov
 from sinssim.truth.motions.parked_and_great_circle import Parked
 from sinssim.units import ARCMIN, ARCSEC, DEG_H, DEG_SQRT_H, G0, PPM, UG
 from tests.slow import slow

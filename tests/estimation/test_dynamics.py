@@ -16,8 +16,7 @@ from sinssim.estimation import BLOCKS, Block, ErrorModel
 from sinssim.estimation.error_dynamics import NominalMotion, driving_noise, dynamics, noise_at_speed, transition
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.strapdown.gravity_disturbance import disturbance_in_body
-from sinssim.strapdown.navigate import navigate
+from sinssim.strapdown.navigate import disturbance_in_body, navigate
 from sinssim.strapdown.navigation_error import navigation_error
 
 ALL = ErrorModel(tuple(Block(name, 1.0) for name in BLOCKS if not name.startswith("gnss ")), 0.0, 0.0)

@@ -18,8 +18,8 @@ from sinssim.estimation.consistency import nees
 from sinssim.estimation.estimate import estimate
 from sinssim.scenario.filter_section import AidingSection
 from sinssim.sensors import ImuErrors, TriadErrors
+from sinssim.sensors.aiding.standstill import find_stops, learn_rest, standstill
 from sinssim.sensors.aiding_sensor import Vehicle
-from sinssim.sensors.standstill_detection import find_stops, learn_rest, standstill
 from sinssim.sensors.vibration_noise import AddedNoise, vibration, vibration_noise
 from tests.estimation.drives import MOUNTED_DEG, STANDS, block_in_vehicle, drive
 from tests.estimation.worlds import DEG, UG, one_run

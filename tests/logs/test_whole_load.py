@@ -10,6 +10,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from sinssim.earth.geodetic_coordinates import (
+    enu_about,
+    flipped,
+    geodetic_about,
+    level_turn,
+    q_enu_flu,
+    q_nb_from_enu_flu,
+    swapped,
+)
 from sinssim.errors import InputError
 from sinssim.logs import recorded_log as recorded
 from sinssim.logs.gps_time import (
@@ -25,15 +34,6 @@ from sinssim.logs.gps_time import (
     offset,
     unix_from_gps,
     week_and_seconds,
-)
-from sinssim.logs.local_level import (
-    enu_about,
-    flipped,
-    geodetic_about,
-    level_turn,
-    q_enu_flu,
-    q_nb_from_enu_flu,
-    swapped,
 )
 from sinssim.logs.log_settings import Log
 from sinssim.logs.recorded_log import recorded_log

@@ -16,11 +16,11 @@ from sinssim.sensors.imu.faults import BiasStep, Dropout, Freeze, Saturation, Sp
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.laser_gyro import LaserGyros
 from sinssim.truth.flight.flight_plan import FlightPlan
+from sinssim.truth.motion import TrueGravity
 from sinssim.truth.motions.imu_rotation import SEQUENCES, Continuous, Indexed, Reversing
 from sinssim.truth.motions.turntable import TurnStep
 from sinssim.truth.motions.vibration import Vibration
 from sinssim.truth.one_component import ArmAccelerometer, OneComponent
-from sinssim.truth.true_gravity import TrueGravity
 
 RING = {"perimeter_mm": 400.0, "area_mm2": 9000.0, "lock_in_deg_h": 300.0, "dither_amplitude_arcsec": 150.0,
         "dither_frequency_hz": 400.0}  # fmt: skip

@@ -12,7 +12,7 @@ from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.true_motion import known_field
-from sinssim.truth.true_gravity import GravityRemainder, TrueGravity
+from sinssim.truth.motion import GravityRemainder, TrueGravity
 from sinssim.units import ARCSEC, MGAL
 
 BASE: dict[str, Any] = {"name": "g", "parked": {"latitude_deg": 40.0, "duration_s": 30.0}}

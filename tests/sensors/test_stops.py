@@ -7,7 +7,7 @@ import pytest
 
 from sinssim.data import ImuData, Measurements
 from sinssim.errors import InputError
-from sinssim.sensors.standstill_detection import find_stops, learn_rest, standstill
+from sinssim.sensors.aiding.standstill import find_stops, learn_rest, standstill
 
 RATE_HZ = 100.0
 GYRO, ACCEL = np.radians([0.6, 2.4, 0.07]), np.array([0.05, 0.05, 0.13])

@@ -7,7 +7,7 @@ import pytest
 
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
-from sinssim.sensors.standstill_detection import windows_of
+from sinssim.sensors.aiding.standstill import windows_of
 from sinssim.sensors.vibration_noise import AddedNoise, Change, Vibration, vibration, vibration_noise
 
 RATE_HZ = 200.0

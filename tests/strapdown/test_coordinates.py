@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 from sinssim import navigate
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth import WGS84
-from sinssim.earth.transverse_route import route_pole
 from sinssim.errors import InputError
 from sinssim.frames import FRAME_REGISTRY
+from sinssim.strapdown.mechanization import route_pole
 from sinssim.strapdown.solution_coordinates import conditional, earth_fixed, inertial, level_axes
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 

@@ -13,7 +13,7 @@ from sinssim.data import Array, ImuData, NavSolution
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import RunError
 from sinssim.strapdown.attitude.rotation_vector import drift_under_coning, leading_drift_under_coning
-from sinssim.strapdown.gravity_disturbance import disturbance_in_body, disturbance_of_segment, navigate_in_field
+from sinssim.strapdown.navigate import disturbance_in_body, disturbance_of_segment, navigate_in_field
 
 PLACE = (0.4, 1.1, 300.0)
 Q_NB = rotation.quaternion_from_euler(0.2, -0.3, 1.4)

@@ -16,8 +16,7 @@ from sinssim.earth.ellipsoids import WGS84
 from sinssim.earth.gravity_disturbance import DisturbingField
 from sinssim.earth.harmonic_coefficients import shipped
 from sinssim.scenario import Scenario
-from sinssim.strapdown.gravity_disturbance import navigate_in_field
-from sinssim.strapdown.navigate import navigate
+from sinssim.strapdown.navigate import navigate, navigate_in_field
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.motions.analytic import OnEarth
 from sinssim.truth.motions.coning_and_rocking import SpinRock

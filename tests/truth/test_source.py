@@ -15,9 +15,9 @@ from sinssim.scenario import Scenario
 from sinssim.scenario.true_motion import fly, unknown_field
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.flight import _in_air
+from sinssim.truth.motion import TrueGravity
 from sinssim.truth.motions.vibration import band_noise
 from sinssim.truth.sampling import Channel, FlightEvent
-from sinssim.truth.true_gravity import TrueGravity
 from tests.oracles import integrator as oracle
 from tests.truth.motions import synthetic_flight
 

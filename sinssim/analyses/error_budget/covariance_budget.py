@@ -22,14 +22,6 @@ from sinssim.analyses.error_budget.covariance_propagation import (
     Vertical,
     propagate,
 )
-from sinssim.analyses.error_budget.deterministic_sources import (
-    ALGORITHM,
-    field_readings,
-    given_readings,
-    in_normal_gravity,
-    of_algorithm,
-    remainder_noise,
-)
 from sinssim.analyses.error_budget.error_dynamics import TrueMotion
 from sinssim.analyses.error_budget.error_sources import (
     AidingSources,
@@ -46,7 +38,17 @@ from sinssim.analyses.error_budget.error_sources import (
     initial_errors,
     of_turning,
 )
-from sinssim.analyses.error_budget.source_shares import Marks, Shares, Snapshot
+from sinssim.analyses.error_budget.source_effects import (
+    ALGORITHM,
+    Marks,
+    Shares,
+    Snapshot,
+    field_readings,
+    given_readings,
+    in_normal_gravity,
+    of_algorithm,
+    remainder_noise,
+)
 from sinssim.data import Array, ImuData, NavSolution
 from sinssim.errors import InputError
 from sinssim.progress import Progress, shown

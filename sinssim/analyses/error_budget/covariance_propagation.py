@@ -30,7 +30,7 @@ from sinssim.analyses.error_budget.error_sources import (
     SensorAngle,
 )
 from sinssim.analyses.error_budget.share_propagation import Propagation, Reading
-from sinssim.analyses.error_budget.source_shares import (
+from sinssim.analyses.error_budget.source_effects import (
     Marks,
     Shares,
     Snapshot,

@@ -31,7 +31,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.sensors.flicker import DIRECT, RATES, STATIONARY, WEIGHTS
-from sinssim.sensors.gauss_markov import mean_step
+from sinssim.statistics.random_numbers import mean_step
 from sinssim.truth.true_gravity_disturbance import RemainderModel
 
 

@@ -15,7 +15,7 @@ from sinssim.data import Array
 from sinssim.logs.column_description import DIRECTIONS
 from sinssim.logs.column_names import UNITS
 from sinssim.logs.recorded_streams import Clock
-from sinssim.sensors.standstill_detection import LEAST_S
+from sinssim.sensors.aiding.standstill import LEAST_S
 from sinssim.system.files import read_text
 
 if TYPE_CHECKING:

@@ -25,15 +25,7 @@ from sinssim.cli.options import (
     threads_option,
     with_grade,
 )
-from sinssim.cli.terminal import (
-    console,
-    has_bars,
-    print_json,
-    print_places,
-    print_result,
-    program_name,
-    remarks,
-)
+from sinssim.cli.terminal import console, has_bars, print_json, print_places, print_result, program_name, remarks
 
 if TYPE_CHECKING:
     from sinssim.experiments.studies.study_schema import Study

@@ -55,8 +55,19 @@ from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, 
 from sinssim.strapdown.coning_sculling import WINDOW, Weights, fitted_k, small_turn_k
 from sinssim.strapdown.engine_assembly import algorithm_file, guarded, parts
 from sinssim.strapdown.frames.level import EXACT_EVERY, refreshed_k, start_level_k, step_level_k
-from sinssim.strapdown.frames.navigation_problem import FORMS, Increments, Models, forces_k
-from sinssim.strapdown.frames.vertical_channel import BARO_LOOP, FREE, HELD, Channel, Loop, error_after_k, loop_gains_k
+from sinssim.strapdown.frames.navigation_problem import (
+    BARO_LOOP,
+    FORMS,
+    FREE,
+    HELD,
+    Channel,
+    Increments,
+    Loop,
+    Models,
+    error_after_k,
+    forces_k,
+    loop_gains_k,
+)
 from sinssim.strapdown.solution_coordinates import POLAR_LIMIT
 from sinssim.system.registries import on_change
 

@@ -12,7 +12,7 @@ from sinssim.jit import inline, strict_inline
 from sinssim.rotation.quaternions import Matrix, Quaternion
 from sinssim.sensors.imu.error_kernel import NOISES, PARAMETERS, STATES
 from sinssim.strapdown.frames.level import LevelState, Place
-from sinssim.strapdown.frames.vertical_channel import Loop
+from sinssim.strapdown.frames.navigation_problem import Loop
 
 LANES = 64
 """Number of runs in a lane: a multiple of the numbers in any vector register, and few enough for the first cache."""

@@ -33,8 +33,7 @@ from sinssim.simulation.navigation_stage import by_one
 from sinssim.simulation.path_errors import has_path
 from sinssim.statistics.random_numbers import key
 from sinssim.strapdown.coning_sculling import WINDOW, is_uniform, weight_table
-from sinssim.strapdown.frames.navigation_problem import Increments
-from sinssim.strapdown.frames.vertical_channel import NUMBERS, Channel, height_reference
+from sinssim.strapdown.frames.navigation_problem import NUMBERS, Channel, Increments, height_reference
 from sinssim.strapdown.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import navigation_error

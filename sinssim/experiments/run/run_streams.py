@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike
 from sinssim import earth, rotation
 from sinssim.data import Array, Computed, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
-from sinssim.earth.transverse_route import route_pole
 from sinssim.recording.streams import (
     Stream,
     Vector,
@@ -29,6 +28,7 @@ from sinssim.recording.streams import (
 from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.strapdown import solution_coordinates
+from sinssim.strapdown.mechanization import route_pole
 
 if TYPE_CHECKING:
     from sinssim.data import Measurements

@@ -23,7 +23,6 @@ from sinssim import rotation
 from sinssim.algorithms import REGISTRY
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
-from sinssim.earth.transverse_route import route_pole
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.run.run_streams import CoordinateStreams
 from sinssim.experiments.studies import attitude_cost, step_cost
@@ -54,7 +53,7 @@ from sinssim.experiments.workload import LIMIT_MINUTES, Threads, check_duration,
 from sinssim.frames import OF_TRUTH
 from sinssim.progress import Progress, shown
 from sinssim.statistics.circular_error import mean_rate, rate_uncertainty
-from sinssim.strapdown.mechanization import Mechanization
+from sinssim.strapdown.mechanization import Mechanization, route_pole
 from sinssim.strapdown.navigation_error import NavError, navigation_error
 from sinssim.system.process import machine_memory
 from sinssim.units import ARCSEC, UG

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from sinssim import rotation
 from sinssim.data import Array
+from sinssim.earth.geodetic_coordinates import flipped, swapped
 from sinssim.errors import InputError
 from sinssim.logs.formats.euroc_tum_kitti import (
     LOCAL,
@@ -30,7 +31,6 @@ from sinssim.logs.formats.euroc_tum_kitti import (
 )
 from sinssim.logs.formats.registry import Format, library, refused
 from sinssim.logs.formats.run_export import Content, Export
-from sinssim.logs.local_level import flipped, swapped
 from sinssim.logs.recorded_streams import FixStream, InertialStream, SolutionStream, Streams
 from sinssim.system.files import read_bytes, user_file
 from sinssim.units import DEG

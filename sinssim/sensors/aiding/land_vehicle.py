@@ -35,6 +35,7 @@ from sinssim import rotation
 from sinssim.arguments import POSITIVE, checked_increments, doubles, number
 from sinssim.data import Array, ImuData, Measurements
 from sinssim.errors import InputError
+from sinssim.sensors.aiding.standstill import windows_of
 from sinssim.sensors.aiding_sensor import (
     AidingReadings,
     AidingSensor,
@@ -47,7 +48,6 @@ from sinssim.sensors.aiding_sensor import (
     white,
 )
 from sinssim.sensors.measurement_kind import PHI, Comparison, MeasurementKind, V, compare_speed, skew
-from sinssim.sensors.standstill_detection import windows_of
 from sinssim.toml_section import CorrelationTime, LeverArm, Noise, Offset, Positive, Rate, Spread
 from sinssim.units import DEG, PPM
 

@@ -25,11 +25,18 @@ from numpy.typing import NDArray
 from sinssim.data import DROPPED, FROZEN, SATURATED, Array
 from sinssim.jit import rebound, strict_inline, strict_kernel
 from sinssim.sensors.flicker import DIRECT, RATES, STATIONARY, WEIGHTS
-from sinssim.sensors.gauss_markov import lost, mean_step
 from sinssim.sensors.imu.error_term import ErrorTerm, Regressor
 from sinssim.sensors.imu.error_term_table import DTHETA_STEP, DVEL_STEP, FIELDS, SLOTS, STAGES
 from sinssim.sensors.imu.imu_errors import Fault, ImuErrors, check_errors
-from sinssim.statistics.random_numbers import Words, normal_pair, normal_pairs, normal_pairs_of_runs, term_number
+from sinssim.statistics.random_numbers import (
+    Words,
+    lost,
+    mean_step,
+    normal_pair,
+    normal_pairs,
+    normal_pairs_of_runs,
+    term_number,
+)
 
 # Stages of what needs the temperature and of the noises, as bits of `active`; faults are not in the table of terms
 WARMING = sum({STAGES[term.stage] for term in FIELDS.values() if term.of_temperature})

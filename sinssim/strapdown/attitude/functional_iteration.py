@@ -45,15 +45,21 @@ from sinssim.strapdown.frames.azimuth import (
     start_azimuth_k,
 )
 from sinssim.strapdown.frames.inertial import InertialState, coordinates_k, geodetic_k, lifted_k, start_inertial_k
-from sinssim.strapdown.frames.navigation_problem import FORMS, Increments, Models, Problem, Rows, continued_k, keep_k
-from sinssim.strapdown.frames.vertical_channel import (
+from sinssim.strapdown.frames.navigation_problem import (
     BARO_LOOP,
+    FORMS,
     FREE,
     HELD,
-    NO_HEIGHT,
+    NOT_A_HEIGHT,
     Channel,
+    Increments,
     Loop,
+    Models,
+    Problem,
+    Rows,
+    continued_k,
     error_after_k,
+    keep_k,
     loop_gains_k,
 )
 from sinssim.strapdown.iteration_windows import (
@@ -137,7 +143,7 @@ def _navigate_level(
     block: Windows, data: Increments, of: Models, channel: Channel, rows: Rows, rule: int, axis: Array, of_x: Array,
     w: Work, x: AzimuthState, a: Quaternion,
 ) -> tuple[AzimuthState, Quaternion]:  # fmt: skip
-    by_readings = channel.number == BARO_LOOP and channel.height[0] > NO_HEIGHT
+    by_readings = channel.number == BARO_LOOP and channel.height[0] > NOT_A_HEIGHT
     e, v, h, loop = x.e, x.v, x.x.h, x.loop
     gains = loop_gains_k(channel.time_constant, x.x.down, x.x.k2)
     for n in range(block.first.shape[0]):
@@ -248,7 +254,7 @@ def _navigate_inertial(
     block: Windows, data: Increments, of: Models, channel: Channel, rows: Rows, gains: Vector, w: Work,
     x: InertialState, a: Quaternion,
 ) -> tuple[InertialState, Quaternion]:  # fmt: skip
-    by_readings = channel.number == BARO_LOOP and channel.height[0] > NO_HEIGHT
+    by_readings = channel.number == BARO_LOOP and channel.height[0] > NOT_A_HEIGHT
     for n in range(block.first.shape[0]):
         first, t = block.first[n], block.table[n]
         length, edge = data.time[first + block.size[n]] - data.time[first], block.edge[t]

@@ -7,7 +7,7 @@ Transport rate:   ω_ew = −ẑ × (K v) + ω_z ẑ,   K v = v/(R₂+h) + κ (k
                   κ = (1/(R₁+h) − 1/(R₂+h))/cos²φ = e² R₂/((1 − e² sin²φ)(R₁+h)(R₂+h)),  k_h the horizontal part of k
 Azimuth:          wander ω_z = 0;  free ω_z = −ω k_z (zero relative to inertial space);
                   transverse ω_z = ω_x p_z/p_x, which keeps x towards the pole p of the route's great circle and
-                  grows without bound near p: `sinssim.earth.transverse_route` has the limit
+                  grows without bound near p: `sinssim.strapdown.solution_coordinates` has the limit
 Velocity:         v̇ = C_wb f + g − (2ω_ie + ω_ew) × v
 
 The integration scheme is that of `level`: compensated increments, Simpson's rule, Hermite values at mid-interval. Like
@@ -24,7 +24,6 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.earth.geodetic_coordinates import q_en_k
 from sinssim.earth.gravity import gravity_ned_k
-from sinssim.earth.transverse_route import route_pole, too_near
 from sinssim.errors import RunError
 from sinssim.jit import inline, strict_inline
 from sinssim.rotation.quaternions import (
@@ -43,7 +42,9 @@ from sinssim.strapdown.engine_assembly import engines
 from sinssim.strapdown.frames.navigation_problem import (
     FORMS,
     SPHERICAL,
+    Channel,
     Increments,
+    Loop,
     Models,
     Problem,
     Rows,
@@ -52,16 +53,13 @@ from sinssim.strapdown.frames.navigation_problem import (
     first_quaternion_k,
     forces_k,
     keep_k,
-)
-from sinssim.strapdown.frames.three_rate_schedule import Fixed, Schedule, Slow, ahead_k, three_rate_engines
-from sinssim.strapdown.frames.vertical_channel import (
-    Channel,
-    Loop,
     loop_gains_k,
     reference_k,
     start_loop_k,
     vertical_step_k,
 )
+from sinssim.strapdown.frames.three_rate_schedule import Fixed, Schedule, Slow, ahead_k, three_rate_engines
+from sinssim.strapdown.mechanization import route_pole, too_near
 
 WANDER, FREE_AZIMUTH, TRANSVERSE = 0, 1, 2
 """Rules for the azimuth by number."""

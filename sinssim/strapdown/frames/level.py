@@ -38,7 +38,9 @@ from sinssim.strapdown.coning_sculling import fill_fitted_turns as fill_turns
 from sinssim.strapdown.engine_assembly import engines
 from sinssim.strapdown.frames.navigation_problem import (
     FORMS,
+    Channel,
     Increments,
+    Loop,
     Models,
     Problem,
     Rows,
@@ -47,17 +49,13 @@ from sinssim.strapdown.frames.navigation_problem import (
     first_quaternion_k,
     forces_k,
     keep_k,
-    ran_away,
-)
-from sinssim.strapdown.frames.three_rate_schedule import Fixed, Schedule, Slow, three_rate_engines
-from sinssim.strapdown.frames.vertical_channel import (
-    Channel,
-    Loop,
     loop_gains_k,
+    ran_away,
     reference_k,
     start_loop_k,
     vertical_step_k,
 )
+from sinssim.strapdown.frames.three_rate_schedule import Fixed, Schedule, Slow, three_rate_engines
 from sinssim.strapdown.solution_coordinates import POLAR_LIMIT
 
 EXACT_EVERY = 128

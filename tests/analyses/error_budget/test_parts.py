@@ -21,7 +21,6 @@ from sinssim.analyses.error_budget.covariance_propagation import (
     _readings_at,
     _with_loop,
 )
-from sinssim.analyses.error_budget.deterministic_sources import remainder_noise
 from sinssim.analyses.error_budget.error_dynamics import (
     TrueMotion,
     exponential,
@@ -41,7 +40,7 @@ from sinssim.analyses.error_budget.error_sources import (
     Source,
 )
 from sinssim.analyses.error_budget.share_propagation import Propagation
-from sinssim.analyses.error_budget.source_shares import Marks, Shares, add_rounding
+from sinssim.analyses.error_budget.source_effects import Marks, Shares, add_rounding, remainder_noise
 from sinssim.errors import InputError
 from sinssim.estimation.error_dynamics import NominalMotion
 from sinssim.sensors.imu.error_term_table import FIELDS

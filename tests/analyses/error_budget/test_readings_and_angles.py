@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.analyses.error_budget import deterministic_sources
+from sinssim.analyses.error_budget import source_effects
 from sinssim.analyses.error_budget.covariance_budget import budget
-from sinssim.analyses.error_budget.deterministic_sources import given_readings
 from sinssim.analyses.error_budget.error_sources import angle_errors, of_turning
+from sinssim.analyses.error_budget.source_effects import given_readings
 from sinssim.data import ImuData
 from sinssim.scenario import Scenario
 from sinssim.scenario.true_motion import block_of
@@ -90,9 +90,9 @@ def test_size_of_an_unknown_field(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is felt in 0.1 s is at most 5e-5 m/s: 5e-4 m/s² are 50 mGal; the readings are less by it."""
     felt = np.zeros((10, 3))
     felt[3], felt[7] = [3e-5, 0.0, -4e-5], [1e-5, 2e-5, 2e-5]
-    monkeypatch.setattr(deterministic_sources, "unknown_field", lambda scenario: "field")
-    monkeypatch.setattr(deterministic_sources, "Disturbed", lambda *_: SimpleNamespace(felt=lambda time, dtheta: felt))
-    (source,), theta, velocity = deterministic_sources.field_readings(scenario(), None, increments())  # type: ignore[arg-type]
+    monkeypatch.setattr(source_effects, "unknown_field", lambda scenario: "field")
+    monkeypatch.setattr(source_effects, "Disturbed", lambda *_: SimpleNamespace(felt=lambda time, dtheta: felt))
+    (source,), theta, velocity = source_effects.field_readings(scenario(), None, increments())  # type: ignore[arg-type]
     assert (source.name, source.kind, source.value, source.unit) == ("gravity_model", "given", 50.0, "mGal")
     assert velocity.tolist() == [(-felt).tolist()]
     assert theta.shape == (1, 10, 3)

@@ -17,7 +17,7 @@ from sinssim.analyses.inspection.suggested_scenario import suggested_scenario
 from sinssim.analyses.inspection.unit_axes import Mounting
 from sinssim.data import ImuData
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream
-from sinssim.sensors.standstill_detection import learn_rest
+from sinssim.sensors.aiding.standstill import learn_rest
 
 GPS = Clock("gps", 1_400_000_000)
 HERE = Path("/drives")

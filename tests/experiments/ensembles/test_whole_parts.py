@@ -128,7 +128,7 @@ def test_gravity_of_each_run_is_felt_as_a_change_of_the_increments(monkeypatch: 
         assert (own.remainder is not None, motion, seed) == (True, "smooth", gravity.seed)
         return SimpleNamespace(felt=felt)
 
-    monkeypatch.setattr("sinssim.truth.true_gravity.TrueGravity.felt", drawn)
+    monkeypatch.setattr("sinssim.truth.motion.TrueGravity.felt", drawn)
     monkeypatch.setattr("sinssim.sensors.imu.emulation.digital", lambda imu: imu)
     cache = TruthCache()
     gravity = scenario(gravity={"remainder": {"order": 2}})

@@ -12,12 +12,12 @@ import pytest
 
 from sinssim import data, earth, rotation
 from sinssim.data import Array, NavSolution
-from sinssim.earth.transverse_route import route_pole
 from sinssim.errors import InputError
 from sinssim.experiments.run.execute import run
 from sinssim.experiments.run.run_streams import CoordinateStreams
 from sinssim.recording.streams import Stream
 from sinssim.scenario import Scenario
+from sinssim.strapdown.mechanization import route_pole
 from sinssim.strapdown.solution_coordinates import conditional, earth_fixed, inertial, level_axes
 
 

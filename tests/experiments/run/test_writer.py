@@ -13,12 +13,12 @@ import pytest
 
 from sinssim.charts import Axis, Chart, Charts, Line
 from sinssim.earth.ellipsoids import ellipsoid_by_name
-from sinssim.earth.transverse_route import route_pole
 from sinssim.errors import RunError
 from sinssim.exhibits import Sentence
 from sinssim.experiments.run import run_files
 from sinssim.experiments.run.filter_summary import Moment
 from sinssim.experiments.run.run_result import Part
+from sinssim.strapdown.mechanization import route_pole
 from sinssim.truth.sampling import FlightEvent
 
 TIME = np.array([50.0, 50.5, 51.5])

@@ -14,11 +14,10 @@ from sinssim.estimation import BLOCKS, Block, ErrorModel
 from sinssim.estimation.linearisation import Prediction, observe
 from sinssim.scenario.filter_section import AidingSection
 from sinssim.sensors.aiding.air_data import Airspeed, Barometer
-from sinssim.sensors.aiding.attitude import AttitudeReference, StarTracker
+from sinssim.sensors.aiding.attitude import AttitudeReference, Master, StarTracker
 from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.aiding.land_vehicle import Odometer
 from sinssim.sensors.aiding.magnetometer import Magnetometer
-from sinssim.sensors.aiding.master import Master
 from sinssim.sensors.aiding.standstill import ZeroRate, ZeroVelocity
 from sinssim.sensors.aiding_sensor import Vehicle, lagged
 from sinssim.truth.curve import Curve

@@ -8,19 +8,20 @@ import pytest
 from sinssim.data import ImuData, Measurements
 from sinssim.errors import InputError
 from sinssim.scenario.filter_section import AidingSection
-from sinssim.sensors.aiding.standstill import ZeroRate, ZeroVelocity
-from sinssim.sensors.aiding_sensor import Vehicle, within
-from sinssim.sensors.standstill_detection import (
+from sinssim.sensors.aiding.standstill import (
     LEAST_S,
     RATIO,
     SIGMAS,
     Rest,
     Stops,
+    ZeroRate,
+    ZeroVelocity,
     find_stances,
     find_stops,
     learn_rest,
     standstill,
 )  # fmt: skip
+from sinssim.sensors.aiding_sensor import Vehicle, within
 from sinssim.truth.motions.parked_and_great_circle import Parked
 
 _RATE_HZ = 100.0

@@ -250,7 +250,7 @@ def test_the_instability_starts_stationary():
 
 
 def test_gauss_markov_decays_exactly_on_any_intervals():
-    from sinssim.sensors.gauss_markov import gauss_markov
+    from sinssim.statistics.random_numbers import gauss_markov
 
     interval = np.array([0.1, 5.0, 0.01, 30.0])
     white = np.array([2.0, 0.0, 0.0, 0.0, 0.0])

@@ -15,12 +15,12 @@ from sinssim.jit import strict_kernel
 from sinssim.scenario.notes import FLICKER_SAMPLES
 from sinssim.sensors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.flicker import DIRECT, RATES, STATIONARY, WEIGHTS
-from sinssim.sensors.gauss_markov import mean_step
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.imu_errors import Fault, WarmUp
+from sinssim.statistics.random_numbers import mean_step
 from tests.oracles.allan import allan_deviation
 from tests.oracles.imu_model import KNOWN, output, temperature
 from tests.sensors.imu.test_emulate import both, uneven, uniform

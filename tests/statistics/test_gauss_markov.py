@@ -7,7 +7,7 @@ from decimal import Decimal, localcontext
 import numpy as np
 import pytest
 
-from sinssim.sensors.gauss_markov import gauss_markov, lost, mean_step
+from sinssim.statistics.random_numbers import gauss_markov, lost, mean_step
 
 ULP = np.finfo(float).eps
 
