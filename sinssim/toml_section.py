@@ -210,6 +210,14 @@ Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][\w.-]*$", max_length=60)]
 Sentence = Annotated[str, Field(max_length=1000)]
 """Description shown on every run: a sentence or two."""
 
+
+class ExperimentFile(Section):
+    """What a scenario and a study of either kind have in common: the top level of a file that is computed."""
+
+    name: Name = Field(description="short name, also the name of the directory")
+    description: Sentence = Field(default="", description="one sentence")
+
+
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Vector3 = tuple[float, float, float]

@@ -351,7 +351,7 @@ FLYSIGHT = (
 START = NavState(0.5, 0.2, 100.0, np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
 SAMPLES = Samples("increments", np.arange(5.0, 9.0), {})
 PLACE = (np.pi / 6.0, np.pi / 18.0)
-KIND = Kind("results.json", (), "cells", "trade", "a", "trade study")
+KIND = Kind("results.json", (), "cells", "trade", "a", "trade study", "cell", "cells")
 
 
 def omitted_triad(name: str, **fields: Any) -> None:

@@ -145,9 +145,9 @@ def record_option(what: str) -> Any:
     return typer.Option("--record", metavar="FILE", help=f"Record {what} for `sinssim view` (.rrd).")
 
 
-def threads_option(what: str) -> Any:
-    """Return the option --threads of a command, the number of `what`."""
-    return typer.Option("--threads", metavar="N", help=f"Number of {what}.", show_default="the number of cores")
+def threads_option(what: str, usual: str = "the number of cores") -> Any:
+    """Return the option --threads of a command, the number of `what`, which is the `usual` one by default."""
+    return typer.Option("--threads", metavar="N", help=f"Number of {what}.", show_default=usual)
 
 
 def require_option(what: str) -> Any:

@@ -1,7 +1,7 @@
 """The directory of an experiment, which several calls fill: begun, continued or replaced, locked while it is used.
 
 A manifest says what it holds. A finished part is a file or a folder that never changes, so that an experiment is
-continued by computing the parts that are missing. The report is replaced as a whole.
+continued by computing the parts that are missing. The report is replaced as a whole, whenever the experiment stops.
 """
 
 from __future__ import annotations
@@ -13,12 +13,13 @@ import re
 import shutil
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Self
 
 from sinssim.errors import InputError, shortened
 from sinssim.formatting import capital
+from sinssim.progress import Progress
 from sinssim.recording.result import versions
 from sinssim.system.files import (
     IN_USE,
@@ -39,6 +40,23 @@ _LETTERS = 24
 """Letters of a digest in the name of a part: two of 1000 parts share them with a probability of 1e-23."""
 
 
+class Experiment(ABC):
+    """The computation of an experiment: cases × seeds, of which each part is kept as it is finished."""
+
+    @property
+    @abstractmethod
+    def finished(self) -> str:
+        """What is finished, in words: "64 of 150 runs"; "" without a part."""
+
+    @abstractmethod
+    def conclude(self, status: str) -> None:
+        """Complete the result of what is finished: the whole is "finished", "interrupted" or "failed"."""
+
+    @abstractmethod
+    def write(self, place: Path) -> None:
+        """Write report and numbers into a folder."""
+
+
 class Kind(NamedTuple):
     """What a directory holds."""
 
@@ -52,7 +70,9 @@ class Kind(NamedTuple):
     article: str
     name: str
     """The contents in words, such as "trade study", after the article."""
-    parts: str = "parts"
+    part: str
+    """A part in words, such as "cell"."""
+    parts: str
     """The parts in words, such as "finished cells"."""
 
     @property
@@ -65,6 +85,8 @@ class Store(ABC):
     """The directory of an experiment, locked until `close`."""
 
     KIND: ClassVar[Kind]
+    is_draft = False
+    """Whether nothing of it is kept."""
 
     def __init__(self, path: Path, *, resume: bool = False, overwrite: bool = False) -> None:
         """Begin a directory, or continue one.
@@ -222,11 +244,46 @@ class Store(ABC):
             write(place.path)
             publish(place, self.path, [self.KIND.manifest, *self.KIND.files])
 
-    def leave(self, stop: BaseException, done: str, write: Callable[[], None]) -> None:
-        """Say in the notes of what stops an experiment what is `done`, "64 of 150 runs", and write a report of it."""
-        stop.add_note(f"{done} are finished, in {self.path}; --resume continues.")
+    @classmethod
+    @contextmanager
+    def opened(cls, directory: Path | str | None, *what: Any, **how: bool) -> Iterator[Self]:
+        """Open the directory of an experiment as the class does; without one, a folder that is then removed."""
+        with ExitStack() as stack:
+            place = stack.enter_context(Draft()).path / "experiment" if directory is None else Path(directory)
+            store = cls(place, *what, **how)
+            stack.enter_context(store)
+            store.is_draft = directory is None
+            yield store
+
+    @contextmanager
+    def reported(self, experiment: Experiment, report: Progress) -> Iterator[None]:
+        """Write the report of an experiment, which is computed in the block, also if it stops early."""
         try:
-            write()
+            yield
+        except BaseException as stop:
+            if not self.is_draft:
+                self._leave(experiment, stop, "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed")
+            raise
+        report("Writing the report", 1.0)
+        experiment.conclude("finished")
+        if not self.is_draft:
+            try:
+                self.keep(experiment.write)
+            except KeyboardInterrupt as stop:  # it is written all the same
+                self._leave(experiment, stop, "finished")
+                raise
+
+    def _leave(self, experiment: Experiment, stop: BaseException, status: str) -> None:
+        """Say in the notes of what stops an experiment what is finished, and write a report of it."""
+        finished = experiment.finished
+        if not finished:
+            stop.add_note(f"No {self.KIND.part} had finished.")
+            return
+        stop.add_note(f"{finished} are finished, in {self.path}; --resume continues.")
+        try:
+            if status != "finished":
+                experiment.conclude(status)
+            self.keep(experiment.write)
             stop.add_note(f"Their report is {self.path / 'report.html'}.")
         except InputError as error:  # for example on a full disk: the finished parts are safe
             stop.add_note(capital(str(error)))  # which says what could not be written

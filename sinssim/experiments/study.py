@@ -140,7 +140,8 @@ def compare(
         resume: whether the study in the directory is continued, or extended by further parts or values of its axes.
         overwrite: whether a study in the directory is replaced.
         limit_minutes: expected duration above which the study is refused.
-        threads: number of runs of a trade study's ensembles computed at a time; by default the number of cores.
+        threads: number of navigations, or of runs of a trade study's ensembles, computed at a time; by default two, or
+            the number of cores.
         progress: called with a description of the current work and the fraction done; True shows a bar.
         say: called with remarks, such as the expected duration.
 
@@ -161,14 +162,10 @@ def compare(
         )  # fmt: skip
     if not isinstance(plan, Study):
         raise InputError(f"study = {plan!r} must be a study, its file, or a name from `sinssim list studies`.")
-    if threads is not None:
-        raise InputError(
-            f"threads (--threads) belongs to trade studies, which have axes; the study {plan.name} compares "
-            "algorithms, two at a time."
-        )
     return compare_algorithms(
-        plan, directory, resume=resume, overwrite=overwrite, limit_minutes=limit_minutes, progress=progress, say=say
-    )
+        plan, directory, resume=resume, overwrite=overwrite, limit_minutes=limit_minutes, threads=threads,
+        progress=progress, say=say,
+    )  # fmt: skip
 
 
 FORM = (

@@ -16,7 +16,7 @@ from concurrent.futures import Future
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
-from sinssim.errors import InputError
+from sinssim.errors import InputError, shortened
 from sinssim.formatting import duration_text
 from sinssim.progress import Progress
 from sinssim.scenario.planned_limits import expected_duration
@@ -151,6 +151,23 @@ def work_through(
             continue
         on_done(tasks[number], result)
         left -= 1
+
+
+def whole_number(name: str, value: object, most: int) -> int:
+    """Return a number that is whole and from 1 to `most`, or raise InputError."""
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
+        raise InputError(f"{name} = {shortened(repr(value))} must be a whole number from 1 to {most}.")
+    return value
+
+
+def check_workers(threads: int | None, workers: int | None = None, scheduler: str | None = None) -> None:
+    """Raise for numbers that are none, or for several ways of computing at once."""
+    for name, value in (("threads", threads), ("workers", workers)):
+        if value is not None:
+            whole_number(name, value, 1024)
+    given = [name for name, value in (("threads", threads), ("workers", workers), ("scheduler", scheduler)) if value]
+    if len(given) > 1:
+        raise InputError(f"{' and '.join(given)} exclude each other: give one of them.")
 
 
 LIMIT_MINUTES = 30.0

@@ -41,7 +41,7 @@ from sinssim.sensors.imu.imu import Imu
 from sinssim.system.extensions import Item, items_of
 from sinssim.system.registries import register, registered
 from sinssim.toml_file import ONE_OF_SEVERAL
-from sinssim.toml_section import Moment, Name, Section, Sentence, known_name, once
+from sinssim.toml_section import ExperimentFile, Moment, Section, known_name, once
 from sinssim.truth.flight.flight import Flight
 from sinssim.truth.motion import TrueEarth, TrueGravity
 from sinssim.truth.motions.analytic import ClosedFormMotion
@@ -310,11 +310,9 @@ class _SourceOf(Generic[S]):
         return source if isinstance(source, self._kind) else None
 
 
-class Tables(Section):
+class Tables(ExperimentFile):
     """The contents of a scenario file."""
 
-    name: Name = Field(description="short name, also the name of the run directory")
-    description: Sentence = Field(default="", description="one sentence")
     seed: int = Field(default=0, ge=0, le=2**63 - 1, description="seed of the random numbers")
     use: Use = Field(
         default=(),

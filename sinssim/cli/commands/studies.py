@@ -165,7 +165,10 @@ RequireOfCells = Annotated[
 ResumeStudy = Annotated[
     bool, typer.Option("--resume", help="Continue a study, or extend it by further parts, or values of its axes.")
 ]
-StudyThreads = Annotated[int | None, threads_option("parallel runs in the ensembles of a trade study")]
+StudyThreads = Annotated[
+    int | None,
+    threads_option("parallel navigations, or runs in the ensembles of a trade study", "2, or the number of cores"),
+]
 LimitMinutes = Annotated[
     float, typer.Option("--limit-minutes", min=0.0, help="Refuse a study that would take longer than this.")
 ]

@@ -143,7 +143,9 @@ def _values(column: Any) -> Array:
 class EnsembleDirectory(Store):
     """The directory of an ensemble: the file of each group of runs that is finished."""
 
-    KIND = Kind(MANIFEST, ("scenario.toml",), "runs", "sinssim ensemble", "an", "ensemble", "runs")
+    KIND = Kind(
+        MANIFEST, ("scenario.toml",), "runs", "sinssim ensemble", "an", "ensemble", "group of runs", "runs"
+    )  # fmt: skip
 
     def __init__(self, path: Path, plan: Plan, *, resume: bool = False, overwrite: bool = False) -> None:
         """Begin the directory of a plan, or continue it, as `Store` does."""

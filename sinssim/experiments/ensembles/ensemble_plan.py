@@ -248,7 +248,9 @@ _MOVES = 0.5
 _CHUNK = 64
 """Runs in a file: a task of a minute or less."""
 LONG_CHUNK = 8
-"""Runs in a file, if each has a filter, a program or a flight of its own, and takes as long as tens of others."""
+"""Runs in a file, if each has a filter or a program, and takes as long as tens of others."""
+_FLOWN_CHUNK = 2
+"""Runs in a file, if each is flown by itself, for ten seconds and more: so few that all cores end together."""
 WITHOUT_EFFECT = ("name", "description", "views", "output", "recording")
 """Keys of a scenario that do not change a number of its runs."""
 
@@ -372,7 +374,7 @@ def make_plan(
     wanted += [(time, "times (times_s, --at)") for time in times]
     epochs, extra = _with_times(truth, _epochs(truth, section.epoch_s if section else None), wanted, stored)
     takes_long = solution not in scenario.navigation.algorithms  # a filter, or a program of somebody else
-    chunk = LONG_CHUNK if takes_long or motions_differ(scenario) else _CHUNK
+    chunk = runs_in_a_file(scenario, takes_long)
     north, east, _ = (float(v) for v in truth.state.velocity_ned[-1])
     course = math.atan2(east, north) if math.hypot(north, east) > _MOVES else math.nan
     return Plan(
@@ -388,6 +390,14 @@ def with_runs(plan: Plan, runs: int) -> Plan:
     section = plan.scenario.ensemble or EnsembleSection()
     section = section.model_copy(update={"runs": runs})
     return replace(plan, scenario=plan.scenario.model_copy(update={"ensemble": section}))
+
+
+def runs_in_a_file(scenario: Scenario, takes_long: bool) -> int:
+    """Return the number of runs that one task computes, and one file holds."""
+    differ = motions_differ(scenario)
+    if differ and scenario.flight is not None:
+        return _FLOWN_CHUNK
+    return LONG_CHUNK if takes_long or differ else _CHUNK
 
 
 def motions_differ(scenario: Scenario) -> bool:

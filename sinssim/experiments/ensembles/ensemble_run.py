@@ -10,11 +10,11 @@ import shutil
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-from sinssim.errors import InputError, RunError, shortened
+from sinssim.errors import InputError, RunError
 from sinssim.exhibits import Exhibits
 from sinssim.experiments.ensembles.ensemble_directory import EnsembleDirectory, kept_epochs, missing, write_chunk
 from sinssim.experiments.ensembles.ensemble_errors import AT_ONCE, IN_MEMORY, bytes_of
@@ -24,7 +24,8 @@ from sinssim.experiments.ensembles.ensemble_plan import AIDED, LONG_CHUNK, Truth
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
 from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers
 from sinssim.experiments.ensembles.ensemble_verdicts import Looks, check_kept
-from sinssim.experiments.workload import Executor, Threads, work_through
+from sinssim.experiments.experiment_directory import Experiment
+from sinssim.experiments.workload import Executor, Threads, check_workers, whole_number, work_through
 from sinssim.formatting import duration_text, size_text
 from sinssim.progress import Progress, shown
 from sinssim.recording.result import Media
@@ -34,7 +35,6 @@ from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.planned_limits import warn_of_limits
 from sinssim.simulation.foreign_navigator import end_programs
 from sinssim.statistics.requirements import parse_requirements
-from sinssim.system.files import Draft
 from sinssim.system.process import give_back_memory, machine_memory
 
 if TYPE_CHECKING:
@@ -184,8 +184,7 @@ def ensemble(
     """
     scenario = as_scenario(scenario, overrides)
     section = scenario.ensemble or EnsembleSection()
-    count = _whole("runs", section.runs if runs is None else runs, MOST_RUNS)
-    _check_workers(threads, workers, scheduler)
+    count = whole_number("runs", section.runs if runs is None else runs, MOST_RUNS)
     EnsembleDirectory.check_options(directory, resume=resume, overwrite=overwrite)
     wanted = parse_requirements(require)
     if until_decided and not wanted:
@@ -200,13 +199,19 @@ def ensemble(
         plan = with_runs(make_plan(scenario, hands.truths, wanted, stored, instants), count)
         check_memory(plan, count)
         looks = Looks(wanted, count, until_decided)
-        if directory is None:
-            with Draft() as place, EnsembleDirectory(place.path / "ensemble", plan) as folder:
-                result = _Ensemble(folder, hands, report, tell, instants).judged(looks)
-                return replace(result, directory=None)
-        with EnsembleDirectory(Path(directory), plan, resume=resume, overwrite=overwrite) as folder:
+        with EnsembleDirectory.opened(directory, plan, resume=resume, overwrite=overwrite) as folder:
             check_kept(plan, wanted, instants)
-            return _Ensemble(folder, hands, report, tell, instants).written(looks)
+            work = _Ensemble(folder, hands, report, tell, instants, looks=looks)
+            with folder.reported(work, report):
+                work.run()
+            if folder.is_draft:
+                return replace(work.result, directory=None)
+    if work.result.failed.all():
+        raise RunError(
+            f"all {len(work.result)} runs of the ensemble failed; the first one: {work.result.errors.failure[0]} See "
+            f"{folder.path}."
+        )
+    return work.result
 
 
 def stored_runs(
@@ -227,7 +232,7 @@ def stored_runs(
     plan = with_runs(make_plan(scenario, hands.truths, times=times), runs)
     check_memory(plan, runs)
     with EnsembleDirectory(directory, plan, resume=True) as folder:
-        return _Ensemble(folder, hands, progress, say).continued(runs)
+        return _Ensemble(folder, hands, progress, say, looks=Looks((), runs, False)).continued(runs)
 
 
 class Workers:
@@ -238,6 +243,7 @@ class Workers:
 
     def __init__(self, threads: int | None = None, workers: int | None = None, scheduler: str | None = None) -> None:
         """Begin without any: as many threads, or workers, as given, or a scheduler; by default as many as cores."""
+        check_workers(threads, workers, scheduler)
         self.truths = TruthCache()
         self._threads, self._workers, self._scheduler = threads, workers, scheduler
         self._executor: Executor[Group] | None = None
@@ -294,8 +300,8 @@ class Workers:
         self.stop()
 
 
-@dataclass(frozen=True)
-class _Ensemble:
+@dataclass
+class _Ensemble(Experiment):
     """The computation of an ensemble in its directory; `times` are those of further lines of the tables, s."""
 
     folder: EnsembleDirectory
@@ -303,29 +309,37 @@ class _Ensemble:
     report: Progress
     say: Callable[[str], None]
     times: tuple[float, ...] = ()
+    looks: Looks = field(kw_only=True)
+    result: EnsembleResult = field(init=False)
+    status: str = "finished"
 
-    def written(self, looks: Looks) -> EnsembleResult:
-        """Compute the runs that are missing, and write the report, also if the ensemble stops early."""
-        try:
-            result = self.judged(looks)
-        except BaseException as stop:
-            self._leave(looks, stop)
-            raise
-        self.report("Writing the report", 1.0)
-        self.hands.stop()
-        self.hands.truths.forget()  # the budget beside the runs has its own
-        give_back_memory()
-        _write(self.folder, result, "finished")
-        if result.failed.all():
-            first = result.errors.failure[0]
-            raise RunError(
-                f"all {len(result)} runs of the ensemble failed; the first one: {first} See {self.folder.path}."
+    @property
+    def finished(self) -> str:
+        done, looks = sum(map(len, self.folder.finished())), self.looks
+        return f"{done} of {looks.numbers[min(len(looks.done), len(looks.numbers) - 1)]} runs" if done else ""
+
+    def conclude(self, status: str) -> None:
+        """Make the result of an ensemble that stops early, or free the memory for the report of the whole one."""
+        self.status = status
+        if status == "finished":
+            self.hands.stop()
+            self.hands.truths.forget()  # the budget beside the runs has its own
+            give_back_memory()
+            return
+        self.result = self._result(self.folder.finished())
+        if self.looks.verdicts:
+            self.result.verdicts = self.looks.so_far(self.result)
+            self.result.notes.append(
+                f"The requirements are tested with the {len(self.result)} finished runs; --resume tests them with all "
+                "runs."
             )
-        return result
 
-    def judged(self, looks: Looks) -> EnsembleResult:
+    def write(self, place: Path) -> None:
+        write_ensemble(self.result, place, self.status)
+
+    def run(self) -> None:
         """Compute the runs that are missing, and more of them until the requirements are decided, if so wanted."""
-        folder, computed, seconds, notes = self.folder, 0, 0.0, list[str]()
+        folder, looks, computed, seconds, notes = self.folder, self.looks, 0, 0.0, list[str]()
         for number in looks.numbers:
             if looks.done:
                 if lacking := short_of(folder.plan, number, looks.done[-1], folder.path):
@@ -340,7 +354,7 @@ class _Ensemble:
             looks.look(result, number)
             if looks.decided:
                 break
-        return replace(
+        self.result = replace(
             result, computed=computed, seconds=seconds, notes=notes, looks=tuple(looks.done) if looks.several else (),
             verdicts=tuple(verdict for verdict in looks.verdicts if verdict is not None),
         )  # fmt: skip
@@ -378,46 +392,6 @@ class _Ensemble:
         return EnsembleResult(
             folder.plan, folder.load(there), folder.path, times=self.times, media=EnsembleMedia(), **how
         )
-
-    def _leave(self, looks: Looks, stop: BaseException) -> None:
-        """Write a report of the finished runs of an ensemble that stops early, and say what there is."""
-        there, wanted = self.folder.finished(), looks.numbers[min(len(looks.done), len(looks.numbers) - 1)]
-        done = sum(map(len, there))
-        if not done:
-            stop.add_note("No group of runs had finished.")
-            return
-
-        def write() -> None:
-            result = self._result(there)
-            if looks.verdicts:
-                result.verdicts = looks.so_far(result)
-                result.notes.append(
-                    f"The requirements are tested with the {done} finished runs; --resume tests them with all runs."
-                )
-            _write(self.folder, result, "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed")
-
-        self.folder.leave(stop, f"{done} of {wanted} runs", write)
-
-
-def _write(folder: EnsembleDirectory, result: EnsembleResult, status: str) -> None:
-    """Write report, figures, recording and numbers."""
-    folder.keep(lambda place: write_ensemble(result, place, status))
-
-
-def _whole(name: str, value: object, most: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
-        raise InputError(f"{name} = {shortened(repr(value))} must be a whole number from 1 to {most}.")
-    return value
-
-
-def _check_workers(threads: int | None, workers: int | None, scheduler: str | None) -> None:
-    """Raise for numbers that are none, or for several ways of computing at once."""
-    for name, value in (("threads", threads), ("workers", workers)):
-        if value is not None:
-            _whole(name, value, 1024)
-    given = [name for name, value in (("threads", threads), ("workers", workers), ("scheduler", scheduler)) if value]
-    if len(given) > 1:
-        raise InputError(f"{' and '.join(given)} exclude each other: give one of them.")
 
 
 class _Counter:
@@ -461,5 +435,5 @@ class EnsembleMedia(Media[EnsembleResult]):
         with EnsembleDirectory(directory, plan, overwrite=overwrite) as folder:
             for runs in missing([], len(result), plan.chunk):
                 write_chunk(result.errors, plan, folder.folder, slice(runs.start, runs.stop))
-            _write(folder, result, "finished")
+            folder.keep(lambda place: write_ensemble(result, place))
             return folder.path

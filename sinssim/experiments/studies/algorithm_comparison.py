@@ -1,4 +1,4 @@
-"""Runs a comparison of algorithms, every one on identical samples, two at a time.
+"""Runs a comparison of algorithms, every one on identical samples, several at a time.
 
 The instants of its errors, and errors in further coordinates. Finished navigations are kept in the study's directory,
 so that an interrupted study can be continued.
@@ -6,13 +6,12 @@ so that an interrupted study can be continued.
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import itertools
 import os
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -24,6 +23,7 @@ from sinssim.algorithms import REGISTRY
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, RunError
+from sinssim.experiments.experiment_directory import Experiment
 from sinssim.experiments.run.run_streams import CoordinateStreams
 from sinssim.experiments.studies import attitude_cost, step_cost
 from sinssim.experiments.studies.attitude_claims import compare_headings
@@ -49,7 +49,15 @@ from sinssim.experiments.studies.study_schema import (
     trajectory_of,
     with_set,
 )
-from sinssim.experiments.workload import LIMIT_MINUTES, Threads, check_duration, check_limit, flight_wait, work_through
+from sinssim.experiments.workload import (
+    LIMIT_MINUTES,
+    Threads,
+    check_duration,
+    check_limit,
+    check_workers,
+    flight_wait,
+    work_through,
+)
 from sinssim.frames import OF_TRUTH
 from sinssim.progress import Progress, shown
 from sinssim.statistics.circular_error import mean_rate, rate_uncertainty
@@ -169,6 +177,7 @@ def compare(
     resume: bool = False,
     overwrite: bool = False,
     limit_minutes: float = LIMIT_MINUTES,
+    threads: int | None = None,
     progress: Progress | bool | None = None,
     say: Say | None = None,
 ) -> StudyResult:
@@ -178,118 +187,171 @@ def compare(
     those of `sinssim.compare`.
     """
     check_limit(limit_minutes)
+    check_workers(threads)
     StudyDirectory.check_options(directory, resume=resume, overwrite=overwrite)
     comparison = StudyResult(study, media=StudyMedia())
-    begin = time.perf_counter()
-    with contextlib.ExitStack() as stack:
-        report = stack.enter_context(shown(progress))
-        folder = None
-        if directory is not None:
-            folder = stack.enter_context(StudyDirectory(Path(directory), study, resume=resume, overwrite=overwrite))
-            comparison.directory = folder.path
-        plan: list[_Block] = []
-        try:
-            _run(comparison, plan, folder, limit_minutes, report, say or (lambda text: None))
-            comparison.seconds = time.perf_counter() - begin
-            report("Writing the report", 1.0)
-            _finish(comparison, folder)
-        except BaseException as stop:
-            if not comparison.seconds:
-                comparison.seconds = time.perf_counter() - begin
-                comparison.status = "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed"
-            if folder is not None:
-                _leave(comparison, plan, folder, stop)
-            raise
+    with (
+        shown(progress) as report,
+        StudyDirectory.opened(directory, study, resume=resume, overwrite=overwrite) as folder,
+    ):
+        comparison.directory = None if folder.is_draft else folder.path
+        number = min(2, os.cpu_count() or 1) if threads is None else threads
+        work = _Work(comparison, folder, number, report, say or (lambda text: None))
+        with folder.reported(work, report):
+            work.run(limit_minutes)
     return comparison
 
 
-def _leave(comparison: StudyResult, plan: Sequence[_Block], folder: StudyDirectory, stop: BaseException) -> None:
-    """Write a report of the finished navigations of a study that stops early, and say what there is."""
-    finished, cases = sum(len(block.navigated) for block in plan), sum(block.part.cases for block in plan)
-    if not comparison.rows:
-        stop.add_note("No navigation had finished." if not finished else f"{finished} finished navigations are kept.")
-        return
-    folder.leave(stop, f"{finished} of {cases} navigations", lambda: _finish(comparison, folder))
+class _Work(Experiment):
+    """The computation of the navigations of a study that are not finished."""
 
+    def __init__(self, result: StudyResult, folder: StudyDirectory, threads: int, report: Progress, say: Say) -> None:
+        self._result, self._folder, self._threads, self._report, self._say = result, folder, threads, report, say
+        self._blocks: list[_Block] = []
+        self._begin = time.perf_counter()
 
-def _finish(comparison: StudyResult, folder: StudyDirectory | None) -> None:
-    """Fit, decide and write."""
-    comparison.orders = [
-        order for part in comparison.study.parts for order in fit_orders(comparison.of_part(part.title))
-    ]
-    comparison.verdicts = decide(comparison)
-    comparison.picks = picks(comparison)
-    if folder is not None:
-        folder.keep(lambda place: write_study(comparison, place))
+    @property
+    def finished(self) -> str:
+        finished = sum(len(block.navigated) for block in self._blocks)
+        return f"{finished} of {sum(block.part.cases for block in self._blocks)} navigations" if finished else ""
 
+    def conclude(self, status: str) -> None:
+        result = self._result
+        result.status, result.seconds = status, time.perf_counter() - self._begin
+        result.orders = [order for part in result.study.parts for order in fit_orders(result.of_part(part.title))]
+        result.verdicts = decide(result)
+        result.picks = picks(result)
 
-def _run(
-    comparison: StudyResult, plan: list[_Block], folder: StudyDirectory | None, limit_minutes: float,
-    progress: Progress, say: Say,
-) -> None:  # fmt: skip
-    """Run what is not finished, and enter its blocks into the `plan` first."""
-    study = comparison.study
-    engines = list(dict.fromkeys(itertools.chain.from_iterable(map(_engines, study.parts))))
-    expected = {id(m): expected_seconds(m) for part in study.parts for m in part.motions}  # also finds mistakes
-    for part, motion in _pairs(study):
-        _check_part(part)
-        if motion.scenario is None or motion.duration_s is not None:  # a flight's duration is known after the flight
-            _check_length(part, motion, expected[id(motion)])
-    for part, motion in _pairs(study):
-        plan.append(_Block(part, motion, folder))
-        if folder is not None:
-            plan[-1].digests = digests(study, part, motion)
-            kept = ((case, folder.read(case, digest, say)) for case, digest in plan[-1].digests.items())
-            plan[-1].navigated = {case: navigated for case, navigated in kept if navigated is not None}
-    for number, (algorithm, frame, schedule) in enumerate(engines):
-        progress(f"Timing {algorithm}", 0.0)
-        comparison.costs[algorithm, frame, schedule] = step_cost.measure_cost(algorithm, frame, schedule)
-        progress(f"Timing {algorithm}", 0.02 * number / len(engines))
-    for algorithm in dict.fromkeys(algorithm for algorithm, *_ in engines):
-        progress(f"Timing the attitude of {algorithm}", 0.02)
-        comparison.attitude_costs += attitude_cost.attitude_costs(algorithm)
-    flown: set[tuple[str | None, tuple[str, ...]]] = set()
-    for block in plan:
-        motion, share = block.motion, block.open / block.part.cases
-        block.seconds = _seconds(block.part, motion, expected[id(motion)], comparison.costs) * share
-        if (motion.scenario, motion.set) not in flown:
-            block.seconds += flight_wait(scenario_of(motion))
-        flown.add((motion.scenario, motion.set))
-    total = sum(block.seconds for block in plan)
-    cases = sum(block.open for block in plan)
-    steps = sum(expected[id(b.motion)] * rate * b.open / len(b.part.pace) for b in plan for rate, *_ in b.part.pace)
-    navigations = "1 navigation" if cases == 1 else f"{cases} navigations"
-    what, remedy = f"{navigations} of {steps / 1e6:.3g} million samples", "Compare fewer rates, algorithms or motions"
-    check_duration(study.name, what, total, limit_minutes, remedy, say)
-    largest = max(plan, key=lambda block: expected[id(block.motion)] * block.part.highest_hz)
-    samples = expected[id(largest.motion)] * largest.part.highest_hz
-    if samples * _SAMPLE_BYTES > machine_memory():
-        raise InputError(
-            f"the study {study.name} would need too much memory: {samples / 1e6:.3g} million samples of "
-            f"{largest.motion.label} at {largest.part.highest_hz:g} Hz need about {samples * _SAMPLE_BYTES / 1e9:.0f} "
-            f"GB, and this machine has {machine_memory() / 1e9:.0f} GB. Use a shorter motion or a lower highest rate."
+    def write(self, place: Path) -> None:
+        if not self._result.rows:
+            raise InputError("the study stopped before its first motion was there: there is no new report.")
+        write_study(self._result, place)
+
+    def run(self, limit_minutes: float) -> None:
+        """Run the navigations that are not finished, those of one motion after one another."""
+        study = self._result.study
+        expected = {id(m): expected_seconds(m) for part in study.parts for m in part.motions}  # also finds mistakes
+        for part, motion in _pairs(study):
+            _check_part(part)
+            if (
+                motion.scenario is None or motion.duration_s is not None
+            ):  # a flight's duration is known after the flight
+                _check_length(part, motion, expected[id(motion)])
+        for part, motion in _pairs(study):
+            names = digests(study, part, motion)
+            kept = ((case, self._folder.read(case, digest, self._say)) for case, digest in names.items())
+            navigated = {case: navigated for case, navigated in kept if navigated is not None}
+            self._blocks.append(_Block(part, motion, expected[id(motion)], self._folder, names, navigated))
+        self._measure_costs()
+        flown: set[tuple[str | None, tuple[str, ...]]] = set()
+        for block in self._blocks:
+            motion = block.motion
+            whole = _seconds(block.part, motion, block.lasts, self._result.costs, self._threads)
+            block.seconds = whole * block.open / block.part.cases
+            if (motion.scenario, motion.set) not in flown:
+                block.seconds += flight_wait(scenario_of(motion))
+            flown.add((motion.scenario, motion.set))
+        self._check_size(limit_minutes)
+        total, done = sum(block.seconds for block in self._blocks), 0.0
+        for block in self._blocks:
+            share = block.seconds / total if total else 1.0
+            self._run_block(block, 0.02 + 0.98 * done, 0.98 * share)
+            done += share
+
+    def _measure_costs(self) -> None:
+        """Measure what the study's engines cost, before the threads are busy."""
+        result, report = self._result, self._report
+        engines = list(dict.fromkeys(itertools.chain.from_iterable(map(_engines, result.study.parts))))
+        for number, (algorithm, frame, schedule) in enumerate(engines):
+            report(f"Timing {algorithm}", 0.02 * number / len(engines))
+            result.costs[algorithm, frame, schedule] = step_cost.measure_cost(algorithm, frame, schedule)
+        for algorithm in dict.fromkeys(algorithm for algorithm, *_ in engines):
+            report(f"Timing the attitude of {algorithm}", 0.02)
+            result.attitude_costs += attitude_cost.attitude_costs(algorithm)
+
+    def _check_size(self, limit_minutes: float) -> None:
+        """Raise for a study that would take too long or too much memory."""
+        name, blocks = self._result.study.name, self._blocks
+        cases = sum(block.open for block in blocks)
+        steps = sum(b.lasts * rate * b.open / len(b.part.pace) for b in blocks for rate, *_ in b.part.pace)
+        navigations = "1 navigation" if cases == 1 else f"{cases} navigations"
+        what, remedy = (
+            f"{navigations} of {steps / 1e6:.3g} million samples",
+            "Compare fewer rates, algorithms or motions",
         )
-    done = 0.0
-    for block in plan:
-        share = block.seconds / total if total else 1.0
-        base = done
+        check_duration(name, what, sum(block.seconds for block in blocks), limit_minutes, remedy, self._say)
+        largest = max(blocks, key=lambda block: block.lasts * block.part.highest_hz)
+        samples = largest.lasts * largest.part.highest_hz
+        if samples * _SAMPLE_BYTES > machine_memory():
+            raise InputError(
+                f"the study {name} would need too much memory: {samples / 1e6:.3g} million samples of "
+                f"{largest.motion.label} at {largest.part.highest_hz:g} Hz need about "
+                f"{samples * _SAMPLE_BYTES / 1e9:.0f} GB, and this machine has {machine_memory() / 1e9:.0f} GB. Use a "
+                "shorter motion or a lower highest rate."
+            )
 
-        def report(what: str, fraction: float, base: float = base, share: float = share) -> None:
-            progress(what, 0.02 + 0.98 * (base + share * fraction))
+    def _run_block(self, block: _Block, before: float, share: float) -> None:
+        """Run the cases of a block; `before` it, and in it, what shares of the whole are done."""
+        result, part, motion = self._result, block.part, block.motion
+        self._report(f"Motion: {motion.label}", before)
+        trajectory = trajectory_of(motion)
+        _check_length(part, motion, trajectory.end - trajectory.start)
+        result.motions[part.title, motion.label] = motion_facts(motion, trajectory)
+        try:
+            if block.open or "euler-heading" in part.decides:
+                ideal = trajectory.increments(part.highest_hz)
+            if "euler-heading" in part.decides:
+                ratios = {rate: round(part.highest_hz / rate) for rate in part.rates_hz}
+                result.headings += compare_headings(part.title, motion.label, trajectory, ideal, ratios)
+            if block.open:
+                self._navigate(block, _Truth(trajectory, ideal.time), ideal, before, share)
+        finally:
+            for case in (case for case in cases_of(part, motion) if case in block.navigated):
+                row, history, in_coordinates = block.navigated[case]
+                result.rows.append(replace(row, **_costs(case, result)))
+                result.coordinate_errors += in_coordinates
+                if history is not None:
+                    result.histories[case] = history
+        order = {part.title: number for number, part in enumerate(result.study.parts)}
+        result.rows.sort(key=lambda row: order[row.part])
 
-        _run_block(comparison, block, report)
-        done += share
+    def _navigate(self, block: _Block, truth: _Truth, ideal: ImuData, before: float, share: float) -> None:
+        """Run the cases of a block that are not finished, those of the same sensors together."""
+        from sinssim.sensors.sets.sensor_readings import Readings, read
+
+        part, study = block.part, self._result.study
+        todo = [case for case in cases_of(part, block.motion) if case not in block.navigated]
+        finished = itertools.count(1)
+        for (grade, variant), cases in itertools.groupby(todo, lambda case: (case.sensors, case.variant)):
+            imu = with_set(study.block(grade), variant, part.highest_hz)
+            _, readings = read(truth.trajectory, ideal, imu, study.seed)
+            slower = functools.cache(lambda rate, readings=readings: readings.at(round(part.highest_hz / rate)))
+
+            def keep(task: tuple[Case, Readings], navigated: Navigated) -> None:
+                block.keep(task[0], navigated)
+                done = before + share * next(finished) / len(todo)
+                self._report(f"{block.motion.label}: {task[0].algorithm}", done)
+
+            threads = Threads[tuple[Case, Readings]](
+                self._threads, lambda stop: lambda task, part_of_it: _navigated(*task, part, truth, self._result)
+            )
+            with threads:
+                work_through([(case, slower(case.rate_hz)) for case in cases], threads, keep)
 
 
 @dataclass
 class _Block:
-    """All cases of one part on one motion: those that are navigated, and the names of all in the study's directory."""
+    """All cases of one part on one motion, which `lasts` s, and the `seconds` that the open ones take.
+
+    `digests` are the names of all in the study's directory, `navigated` those that are finished.
+    """
 
     part: Part
     motion: StudyMotion
-    folder: StudyDirectory | None
-    digests: dict[Case, str] = field(default_factory=dict)
-    navigated: dict[Case, Navigated] = field(default_factory=dict)
+    lasts: float
+    folder: StudyDirectory
+    digests: dict[Case, str]
+    navigated: dict[Case, Navigated]
     seconds: float = 0.0
 
     @property
@@ -299,8 +361,7 @@ class _Block:
 
     def keep(self, case: Case, navigated: Navigated) -> None:
         """Keep a finished case."""
-        if self.folder is not None:
-            self.folder.write(self.digests[case], navigated)
+        self.folder.write(self.digests[case], navigated)
         self.navigated[case] = navigated
 
 
@@ -343,7 +404,9 @@ def _check_length(part: Part, motion: StudyMotion, duration: float) -> None:
                 )
 
 
-def _seconds(part: Part, motion: StudyMotion, duration: float, costs: dict[Engine, step_cost.Cost]) -> float:
+def _seconds(
+    part: Part, motion: StudyMotion, duration: float, costs: dict[Engine, step_cost.Cost], threads: int
+) -> float:
     """Estimate how long a block takes."""
     each = len(part.gravities) * len(part.curvatures) * len(part.ellipsoids) * len(part.sensors) * len(part.variants)
     ns = sum(
@@ -352,61 +415,10 @@ def _seconds(part: Part, motion: StudyMotion, duration: float, costs: dict[Engin
         for algorithm in part.algorithms
         for frame in part.frames
     )
-    seconds = (ns * 1e-9 * each + _CASE_SECONDS * part.cases) / _threads()
+    seconds = (ns * 1e-9 * each + _CASE_SECONDS * part.cases) / threads
     vibrating = 1 + 40 * bool(motion.vibration)
     seconds += duration * part.highest_hz * _SAMPLE_SECONDS * (vibrating + 0.5 * len(part.sensors))
     return seconds
-
-
-def _threads() -> int:
-    return min(2, os.cpu_count() or 1)
-
-
-def _run_block(comparison: StudyResult, block: _Block, report: Progress) -> None:
-    part, motion = block.part, block.motion
-    report(f"Motion: {motion.label}", 0.0)
-    trajectory = trajectory_of(motion)
-    _check_length(part, motion, trajectory.end - trajectory.start)
-    comparison.motions[part.title, motion.label] = motion_facts(motion, trajectory)
-    try:
-        if block.open or "euler-heading" in part.decides:
-            ideal = trajectory.increments(part.highest_hz)
-        if "euler-heading" in part.decides:
-            ratios = {rate: round(part.highest_hz / rate) for rate in part.rates_hz}
-            comparison.headings += compare_headings(part.title, motion.label, trajectory, ideal, ratios)
-        if block.open:
-            _navigate_block(comparison, block, _Truth(trajectory, ideal.time), ideal, report)
-    finally:
-        for case in (case for case in cases_of(part, motion) if case in block.navigated):
-            row, history, in_coordinates = block.navigated[case]
-            comparison.rows.append(replace(row, **_costs(case, comparison)))
-            comparison.coordinate_errors += in_coordinates
-            if history is not None:
-                comparison.histories[case] = history
-    order = {part.title: number for number, part in enumerate(comparison.study.parts)}
-    comparison.rows.sort(key=lambda row: order[row.part])
-
-
-def _navigate_block(comparison: StudyResult, block: _Block, truth: _Truth, ideal: ImuData, report: Progress) -> None:
-    """Run the cases of a block that are not finished, those of the same sensors together."""
-    from sinssim.sensors.sets.sensor_readings import Readings, read
-
-    part, study = block.part, comparison.study
-    todo = [case for case in cases_of(part, block.motion) if case not in block.navigated]
-    count, finished = len(todo), itertools.count(1)
-    for (grade, variant), cases in itertools.groupby(todo, lambda case: (case.sensors, case.variant)):
-        _, readings = read(truth.trajectory, ideal, with_set(study.block(grade), variant, part.highest_hz), study.seed)
-        slower = functools.cache(lambda rate, readings=readings: readings.at(round(part.highest_hz / rate)))
-
-        def keep(task: tuple[Case, Readings], navigated: Navigated) -> None:
-            block.keep(task[0], navigated)
-            report(f"{block.motion.label}: {task[0].algorithm}", next(finished) / count)
-
-        threads = Threads[tuple[Case, Readings]](
-            _threads(), lambda stop: lambda task, part_of_it: _navigate(*task, part, truth, comparison)
-        )
-        with threads:
-            work_through([(case, slower(case.rate_hz)) for case in cases], threads, keep)
 
 
 def _costs(case: Case, comparison: StudyResult) -> dict[str, Any]:
@@ -435,7 +447,7 @@ class _Truth:
 
 
 # Long: it computes the many numbers of a case's row.
-def _navigate(case: Case, readings: Readings, part: Part, truth: _Truth, comparison: StudyResult) -> Navigated:
+def _navigated(case: Case, readings: Readings, part: Part, truth: _Truth, comparison: StudyResult) -> Navigated:
     """Run one case and compare it with the truth."""
     from sinssim.strapdown.measured_attitude import navigate_set
     from sinssim.strapdown.navigation_error import error_numbers

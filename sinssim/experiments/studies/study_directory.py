@@ -78,7 +78,7 @@ class StudyDirectory(Store):
 
     KIND = Kind(
         "comparison.json", (), "navigations", "sinssim comparison of algorithms", "a", "study",
-        "finished navigations",
+        "navigation", "finished navigations",
     )  # fmt: skip
 
     def __init__(self, path: Path, study: Study, *, resume: bool = False, overwrite: bool = False) -> None:

@@ -32,7 +32,7 @@ from sinssim.sensors.imu.grades import GRADES
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.sensor_set import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
 from sinssim.system.registries import ensure
-from sinssim.toml_section import Duration, Keys, Name, Rate, Section, Sentence, known_name
+from sinssim.toml_section import Duration, ExperimentFile, Keys, Rate, Section, known_name
 from sinssim.truth.motion import Gravity
 from sinssim.truth.motions.parked_and_great_circle import GreatCircleFlight, ParkedVehicle
 from sinssim.truth.motions.vibration import Vibration
@@ -336,11 +336,9 @@ class Part(Section):
         return len(self.engines) * len(self.pace) * len(self.sensors) * len(self.variants)
 
 
-class Study(Section):
+class Study(ExperimentFile):
     """A comparison study."""
 
-    name: Name = Field(description="short name, also the name of the directory")
-    description: Sentence = Field(default="", description="one sentence")
     seed: int = Field(default=0, ge=0, description="seed of the sensors' errors")
     use: Use = Field(
         default=(),

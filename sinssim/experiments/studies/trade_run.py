@@ -9,7 +9,6 @@ has.
 
 from __future__ import annotations
 
-import contextlib
 import json
 from collections.abc import Callable
 from dataclasses import asdict, replace
@@ -24,7 +23,15 @@ from sinssim.exhibits import Exhibits
 from sinssim.experiments.ensembles.ensemble_directory import EnsembleDirectory
 from sinssim.experiments.ensembles.ensemble_plan import contents_of, truth_key
 from sinssim.experiments.ensembles.ensemble_run import Workers, stored_runs
-from sinssim.experiments.experiment_directory import Kind, Store, is_part, other_scenario, other_software, software
+from sinssim.experiments.experiment_directory import (
+    Experiment,
+    Kind,
+    Store,
+    is_part,
+    other_scenario,
+    other_software,
+    software,
+)
 from sinssim.experiments.studies.trade_cells import Cell, CellNumbers, SourceParts, cells_of, of_budget, of_ensemble
 from sinssim.experiments.studies.trade_exhibits import curves, exhibits_of, to_json, write_trade
 from sinssim.experiments.studies.trade_result import TradeResult
@@ -36,7 +43,7 @@ from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.planned_limits import check_times, warn_of_limits
 from sinssim.statistics.requirement_verdict import VerdictInUnit
-from sinssim.system.files import MARK, Draft, remove
+from sinssim.system.files import MARK, remove
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -49,7 +56,7 @@ _ENSEMBLE = EnsembleDirectory.KIND.manifest
 class TradeDirectory(Store):
     """The directory of a trade study: a file or a folder for each cell that is finished."""
 
-    KIND = Kind(MANIFEST, (), "cells", "sinssim trade study", "a", "trade study", "finished cells")
+    KIND = Kind(MANIFEST, (), "cells", "sinssim trade study", "a", "trade study", "cell", "finished cells")
 
     def __init__(self, path: Path, study: TradeStudy, *, resume: bool = False, overwrite: bool = False) -> None:
         """Begin the directory of a study, or continue it, as `Store` does."""
@@ -152,22 +159,15 @@ def trade(
     check_limit(limit_minutes)
     TradeDirectory.check_options(directory, resume=resume, overwrite=overwrite)
     result = TradeResult(study, cells_of(study), media=TradeMedia())
-    with contextlib.ExitStack() as stack:
-        report = stack.enter_context(shown(progress))
-        place = stack.enter_context(Draft()).path / "study" if directory is None else Path(directory)
-        folder = stack.enter_context(TradeDirectory(place, study, resume=resume, overwrite=overwrite))
-        result.directory = None if directory is None else folder.path
-        work = _Work(result, folder, stack.enter_context(Workers(threads)), report, say or (lambda text: None))
-        try:
+    with (
+        shown(progress) as report,
+        TradeDirectory.opened(directory, study, resume=resume, overwrite=overwrite) as folder,
+        Workers(threads) as hands,
+    ):
+        result.directory = None if folder.is_draft else folder.path
+        work = _Work(result, folder, hands, report, say or (lambda text: None))
+        with folder.reported(work, report):
             work.run(limit_minutes)
-        except BaseException as stop:
-            result.status = "interrupted" if isinstance(stop, KeyboardInterrupt) else "failed"
-            if directory is not None:
-                _leave(folder, result, stop)
-            raise
-        if directory is not None:
-            report("Writing the report", 1.0)
-            _write(folder, result)
     if not result.finished:
         number, first = next(iter(result.failures.items()))
         where = "" if directory is None else f" See {folder.path}."
@@ -176,7 +176,7 @@ def trade(
     return result
 
 
-class _Work:
+class _Work(Experiment):
     """The computation of the cells of a study that have no numbers."""
 
     def __init__(self, result: TradeResult, folder: TradeDirectory, hands: Workers, report: Progress, say: Say) -> None:
@@ -188,6 +188,16 @@ class _Work:
         """Say a remark, and keep it."""
         self.result.notes.append(text)
         self._say_on(text)
+
+    @property
+    def finished(self) -> str:
+        return f"{self.result.finished} of {len(self.result)} cells" if self.result.finished else ""
+
+    def conclude(self, status: str) -> None:
+        self.result.status = status
+
+    def write(self, place: Path) -> None:
+        write_trade(self.result, place)
 
     def run(self, limit_minutes: float) -> None:
         """Compute the cells that are missing, one for each digest, those of one motion after one another."""
@@ -292,19 +302,6 @@ def _runs(scenario: Scenario, study: TradeStudy) -> int:
     return study.runs or (scenario.ensemble or EnsembleSection()).runs
 
 
-def _leave(folder: TradeDirectory, result: TradeResult, stop: BaseException) -> None:
-    """Write a report of the finished cells of a study that stops early, and say what there is."""
-    if not result.finished:
-        stop.add_note("No cell had finished.")
-        return
-    folder.leave(stop, f"{result.finished} of {len(result)} cells", lambda: _write(folder, result))
-
-
-def _write(folder: TradeDirectory, result: TradeResult) -> None:
-    """Write report, figures and numbers."""
-    folder.keep(lambda place: write_trade(result, place))
-
-
 class TradeMedia(Media[TradeResult]):
     """Numbers, streams, figure and files of a trade study."""
 
@@ -331,5 +328,5 @@ class TradeMedia(Media[TradeResult]):
             for cell in result.cells:
                 if cell.numbers is not None and result.study.cell == "budget":
                     folder.write_part(cell.digest, _contents(cell.numbers))
-            _write(folder, result)
+            folder.keep(lambda place: write_trade(result, place))
             return folder.path

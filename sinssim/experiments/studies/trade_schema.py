@@ -17,7 +17,7 @@ from pydantic import AfterValidator, Field, model_validator
 from sinssim.errors import shortened
 from sinssim.scenario.ensemble_section import Runs
 from sinssim.statistics.requirements import Quantity, Requirement, parse_quantity, parse_requirement, quantity_of
-from sinssim.toml_section import Keys, Moment, Name, Section, Sentence
+from sinssim.toml_section import ExperimentFile, Keys, Moment, Section
 
 _PRETTY = {
     "arcmin": "arcmin", "arcsec": "arcsec", "c": "°C", "deg": "deg", "deg2": "deg²", "g": "g", "g2": "g²", "g3": "g³",
@@ -209,7 +209,7 @@ class Axis(Section):
         return " & ".join(map(value_text, value)) if self.keys else value_text(value)
 
 
-class TradeStudy(Section):
+class TradeStudy(ExperimentFile):
     """A trade study: every combination of the values of its axes."""
 
     rules = (
@@ -220,8 +220,6 @@ class TradeStudy(Section):
          'quaternion"]'),
     )  # fmt: skip
 
-    name: Name = Field(description="short name, also the name of the directory")
-    description: Sentence = Field(default="", description="one sentence")
     scenario: str = Field(min_length=1, description="a scenario's file, or a name from `sinssim list scenarios`")
     set: tuple[str, ...] = Field(default=(), description='keys that are the same in every cell, each "key.path=value"')
     cell: Literal["budget", "ensemble"] = Field(

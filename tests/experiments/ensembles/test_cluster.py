@@ -35,13 +35,13 @@ import sinssim
 from sinssim.experiments.ensembles import ensemble_run
 
 if __name__ == "__main__":  # the workers load this file, too
-    ensemble_run._write = lambda *_: None
+    ensemble_run.write_ensemble = lambda *_: None
     sinssim.ensemble(sinssim.load_scenario(sys.argv[1]), 20, sys.argv[2], workers=1)
 """
 
 
 def test_a_task_writes_the_file_of_a_thread(tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)
+    monkeypatch.setattr(ensemble_run, "write_ensemble", lambda *_: None)
     sinssim.ensemble(scenario(), 100, tmp_path / "threads", threads=1)
     folder = tmp_path / "runs"
     folder.mkdir()
@@ -79,7 +79,7 @@ def test_a_scheduler_writes_the_files_of_a_thread(tmp_path, monkeypatch) -> None
     """A cluster in this process, which stays when the ensemble is done."""
     from distributed import LocalCluster
 
-    monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)
+    monkeypatch.setattr(ensemble_run, "write_ensemble", lambda *_: None)
     sinssim.ensemble(scenario(), 20, tmp_path / "thread", threads=1)
     with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as cluster:
         sinssim.ensemble(scenario(), 20, tmp_path / "cluster", scheduler=cluster.scheduler_address)
@@ -90,7 +90,7 @@ def test_a_scheduler_writes_the_files_of_a_thread(tmp_path, monkeypatch) -> None
 @pytest.mark.slow
 def test_a_cluster_writes_the_files_of_a_thread(tmp_path, monkeypatch) -> None:
     """A process with a cluster of one worker, which it stops; the report is tested elsewhere."""
-    monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)
+    monkeypatch.setattr(ensemble_run, "write_ensemble", lambda *_: None)
     sinssim.ensemble(scenario(), 20, tmp_path / "thread", threads=1)
     file, program = tmp_path / "standing.toml", tmp_path / "program.py"
     file.write_text(scenario().to_toml(), encoding="utf-8")

@@ -11,7 +11,7 @@ import pytest
 import sinssim
 from sinssim.experiments.ensembles.ensemble_errors import VECTORS
 from sinssim.experiments.ensembles.ensemble_execution import errors_of_runs
-from sinssim.experiments.ensembles.ensemble_plan import TruthCache, make_plan, member
+from sinssim.experiments.ensembles.ensemble_plan import TruthCache, make_plan, member, runs_in_a_file
 from sinssim.scenario.load import load_scenario
 from tests.experiments.ensembles.examples import AIDED, scenario
 from tests.slow import slow
@@ -137,6 +137,13 @@ def test_runs_that_share_a_motion_compute_it_once(monkeypatch) -> None:
     assert make_plan(scenario(), truths).chunk == 64
     assert make_plan(vibrating, truths).chunk == 8
     assert len(set(made)) == 1 + 3  # the ensemble's own seed, and that of each vibrating run
+
+
+def test_flights_of_their_own_are_few_in_a_file() -> None:
+    """A run that flies takes ten seconds: files of two, so that all cores end together."""
+    guided, flown = load_scenario("heading_error"), load_scenario("first_flight")
+    assert [runs_in_a_file(guided, False), runs_in_a_file(guided, True)] == [2, 2]
+    assert [runs_in_a_file(flown, False), runs_in_a_file(flown, True)] == [64, 8]
 
 
 def test_epochs() -> None:

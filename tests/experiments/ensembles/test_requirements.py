@@ -28,7 +28,7 @@ def scenario(**changes: Any) -> sinssim.Scenario:
 @pytest.fixture(autouse=True)
 def _without_report(monkeypatch) -> None:
     """What is written about the runs is tested with the recording; here it would only take time."""
-    monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)
+    monkeypatch.setattr(ensemble_run, "write_ensemble", lambda *_: None)
 
 
 @pytest.fixture(scope="module")
@@ -96,7 +96,7 @@ def test_an_interrupted_ensemble_looks_again_as_the_whole_one(limit: str, tmp_pa
 def test_an_interrupted_ensemble_judges_its_finished_runs(tmp_path, monkeypatch) -> None:
     """As one look at these runs; with several looks, at their smaller probability of error."""
     written = []
-    monkeypatch.setattr(ensemble_run, "_write", lambda folder, result, status: written.append((result, status)))
+    monkeypatch.setattr(ensemble_run, "write_ensemble", lambda result, folder, status: written.append((result, status)))
 
     def interrupt(text: str, fraction: float) -> None:
         if fraction > 0.6:

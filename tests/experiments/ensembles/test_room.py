@@ -20,7 +20,7 @@ Usage = namedtuple("Usage", "total used free")
 @pytest.fixture(autouse=True)
 def _without_report(monkeypatch) -> None:
     """What is written about the runs is tested with the recording; here it would only take time."""
-    monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)
+    monkeypatch.setattr(ensemble_run, "write_ensemble", lambda *_: None)
 
 
 def test_more_than_the_memory_holds(monkeypatch) -> None:

@@ -34,7 +34,7 @@ def _small_groups_without_report(monkeypatch) -> None:
     monkeypatch.setattr(ensemble_plan, "_CHUNK", 16)
     for module in (ensemble_plan, ensemble_run):
         monkeypatch.setattr(module, "LONG_CHUNK", 2)
-    monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)
+    monkeypatch.setattr(ensemble_run, "write_ensemble", lambda *_: None)
 
 
 def children() -> list[int]:
@@ -308,7 +308,7 @@ def test_killed_once_and_resumed(tmp_path) -> None:
 @pytest.mark.slow
 def test_killed_at_five_random_moments_and_resumed(tmp_path, monkeypatch) -> None:
     monkeypatch.undo()  # groups are as large as those of the command
-    monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)
+    monkeypatch.setattr(ensemble_run, "write_ensemble", lambda *_: None)
     file = tmp_path / "standing.toml"
     file.write_text(scenario().to_toml(), encoding="utf-8")
     command = [sys.executable, "-m", "sinssim", "ensemble", str(file), "--runs", "400", "-q", "--threads", "2"]

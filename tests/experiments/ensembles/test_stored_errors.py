@@ -191,7 +191,7 @@ def test_an_array_beyond_the_memory_is_refused(tmp_path, monkeypatch) -> None:
 @pytest.mark.parametrize(("contents", "runs"), [(PARKED, 10), *slow((AIDED, 3))])
 def test_an_ensemble_from_end_to_end(contents, runs, tmp_path, monkeypatch) -> None:
     """With a directory and without one."""
-    monkeypatch.setattr(ensemble_run, "_write", lambda *_: None)
+    monkeypatch.setattr(ensemble_run, "write_ensemble", lambda *_: None)
     base, want = scenario(contents), ["r95(run) <= 100 m"]
     numbers = summary_of(sinssim.ensemble(base, runs, tmp_path / "e", require=want, threads=1))
     monkeypatch.setattr(ensemble_errors, "IN_MEMORY", 0)

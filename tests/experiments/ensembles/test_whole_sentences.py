@@ -60,58 +60,45 @@ def test_groups_of_missing_runs() -> None:
 def counted(folder: Path, *groups: range) -> Any:
     made = SimpleNamespace(path=folder, folder=folder / "runs", plan=plan(), finished=lambda say=None: list(groups),
                            load=lambda groups: "errors", free=lambda: 234.4)  # fmt: skip
-    made.leave, made.writing = (
-        partial(experiment_directory.Store.leave, made),
-        partial(experiment_directory.Store.writing, made),
-    )
+    made.writing = partial(experiment_directory.Store.writing, made)
     return made
 
 
-def ensemble(folder: Any, hands: Any = None, say: Any = None) -> ensemble_run._Ensemble:
-    return ensemble_run._Ensemble(folder, hands, lambda text, share: None, say, (5.0,))
+def ensemble(folder: Any, hands: Any = None, say: Any = None, looks: Any = None) -> ensemble_run._Ensemble:
+    return ensemble_run._Ensemble(folder, hands, lambda text, share: None, say, (5.0,), looks=looks)
 
 
 def test_an_ensemble_that_stops_says_what_there_is(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Seven of the 40 runs of the second look; an interruption and a failure differ in the report."""
     written: list[Any] = []
-    monkeypatch.setattr(ensemble_run, "_write", lambda folder, result, status: written.append((result.notes, status)))
+    monkeypatch.setattr(
+        ensemble_run, "write_ensemble", lambda result, folder, status: written.append((result.notes, status))
+    )
+
+    class Result(SimpleNamespace):
+        def __len__(self) -> int:
+            return 7
+
+    monkeypatch.setattr(
+        ensemble_run, "EnsembleResult", lambda plan, errors, path, times, media: Result(errors=errors, notes=[])
+    )
     looks: Any = SimpleNamespace(numbers=(20, 40, 80), done=[20], verdicts=["old"], so_far=lambda result: ("so far",))
-    for stop, status in ((KeyboardInterrupt(), "interrupted"), (RunError("It fell."), "failed")):
-        ensemble(counted(tmp_path, range(4), range(6, 9)))._leave(looks, stop)
-        assert stop.__notes__ == [
-            f"7 of 40 runs are finished, in {tmp_path}; --resume continues.",
-            f"Their report is {tmp_path / 'report.html'}.",
-        ]  # fmt: skip
+    stopped = ensemble(counted(tmp_path, range(4), range(6, 9)), looks=looks)
+    assert stopped.finished == "7 of 40 runs"
+    for status in ("interrupted", "failed"):
+        stopped.conclude(status)
+        stopped.write(tmp_path)
         assert written.pop() == (
             ["The requirements are tested with the 7 finished runs; --resume tests them with all runs."], status,
         )  # fmt: skip
-    looks.done = [20, 40, 80]
-    looks.verdicts = []
-    stop = RunError("It fell.")
-    ensemble(counted(tmp_path, range(4)))._leave(looks, stop)
-    assert stop.__notes__[0].startswith("4 of 80 runs are finished")
+        assert (stopped.result.errors, stopped.result.verdicts) == ("errors", ("so far",))
+    looks.done, looks.verdicts = [20, 40, 80], []
+    stopped = ensemble(counted(tmp_path, range(4)), looks=looks)
+    assert stopped.finished == "4 of 80 runs"
+    stopped.conclude("failed")
+    stopped.write(tmp_path)
     assert written.pop() == ([], "failed")
-    none = RunError("It fell.")
-    ensemble(counted(tmp_path))._leave(looks, none)
-    assert none.__notes__ == ["No group of runs had finished."]
-
-    def full(*_: Any) -> None:
-        raise OSError("no space")
-
-    monkeypatch.setattr(ensemble_run, "_write", full)
-    stop = RunError("It fell.")
-    ensemble(counted(tmp_path, range(4)))._leave(looks, stop)
-    assert stop.__notes__[1] == "Their report could not be written: no space"
-
-    def kept(folder: Any, *_: Any) -> None:
-        with folder.writing("the report of the ensemble could not be written to"):
-            full()
-
-    monkeypatch.setattr(ensemble_run, "_write", kept)
-    stop = RunError("It fell.")
-    ensemble(counted(tmp_path, range(4)))._leave(looks, stop)
-    said = f"The report of the ensemble could not be written to {tmp_path}: no space (234 MB are free)."
-    assert stop.__notes__[1] == said  # once
+    assert ensemble(counted(tmp_path), looks=looks).finished == ""
 
 
 def test_runs_that_are_there_already(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -195,7 +195,7 @@ def test_more_than_the_motion_lasts():
 
 
 def test_a_study_of_hours_is_refused_before_it_starts(monkeypatch):
-    monkeypatch.setattr(module, "_run_block", lambda *_: pytest.fail("it started"))
+    monkeypatch.setattr(module._Work, "_run_block", lambda *_: pytest.fail("it started"))
     long = study(motions=({"parked": {**PARKED, "duration_s": 3e7}},))
     with pytest.raises(InputError, match=r"about \d+\.\d h, more than the limit of 30 min.*--limit-minutes \d+"):
         compare(long)
@@ -203,7 +203,7 @@ def test_a_study_of_hours_is_refused_before_it_starts(monkeypatch):
 
 def test_a_long_study_says_so(monkeypatch):
     said: list[str] = []
-    monkeypatch.setattr(module, "_run_block", lambda *_: None)
+    monkeypatch.setattr(module._Work, "_run_block", lambda *_: None)
     monkeypatch.setattr(module, "machine_memory", lambda: math.inf)
     compare(study(motions=({"parked": {**PARKED, "duration_s": 2e6}},)), limit_minutes=1e9, say=said.append)
     assert re.search(r"small: 3 navigations of 280 million samples, about \d+ (s|min)", said[0])
@@ -276,13 +276,22 @@ def test_recording_is_valid_and_shows_the_comparison(written):
         all_views(run, "flight")
 
 
+def test_numbers_do_not_depend_on_the_threads(hardly_counted):
+    some = study(algorithms=("quaternion", "euler"))
+    one, three = (compare(some, threads=threads) for threads in (1, 3))
+    assert [row.max_attitude_error_arcsec for row in one.rows] == [row.max_attitude_error_arcsec for row in three.rows]
+    assert len(one.rows) == 6
+    with pytest.raises(InputError, match="threads = 0 must be a whole number from 1 to 1024"):
+        compare(some, threads=0)
+
+
 def test_a_directory_is_not_replaced_unasked(written):
     with pytest.raises(InputError, match="already holds a study"):
         compare(study(), written)
 
 
 def test_interrupted_keeps_what_is_done(tmp_path, monkeypatch):
-    whole = module._run_block
+    whole = module._Work._run_block
     calls = iter(range(10))
 
     def second_is_interrupted(*arguments):
@@ -290,7 +299,7 @@ def test_interrupted_keeps_what_is_done(tmp_path, monkeypatch):
             raise KeyboardInterrupt
         whole(*arguments)
 
-    monkeypatch.setattr(module, "_run_block", second_is_interrupted)
+    monkeypatch.setattr(module._Work, "_run_block", second_is_interrupted)
     two = study(algorithms=("quaternion",), motions=({"parked": PARKED}, {"motion": CONE}))
     with pytest.raises(KeyboardInterrupt) as interrupt:
         compare(two, tmp_path / "s")
@@ -302,7 +311,7 @@ def test_interrupted_keeps_what_is_done(tmp_path, monkeypatch):
 
 
 def test_interrupted_it_does_not_decide_on_half_the_numbers(tmp_path, monkeypatch):
-    whole = module._run_block
+    whole = module._Work._run_block
     calls = iter(range(10))
 
     def second_is_interrupted(*arguments):
@@ -310,7 +319,7 @@ def test_interrupted_it_does_not_decide_on_half_the_numbers(tmp_path, monkeypatc
             raise KeyboardInterrupt
         whole(*arguments)
 
-    monkeypatch.setattr(module, "_run_block", second_is_interrupted)
+    monkeypatch.setattr(module._Work, "_run_block", second_is_interrupted)
     both = study(
         algorithms=("two-quaternions",), decides=("orthogonality",), motions=({"parked": PARKED}, {"motion": CONE})
     )
@@ -355,7 +364,7 @@ def test_interrupted_before_anything_was_done_leaves_nothing(tmp_path, monkeypat
     def stop(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(module, "_run_block", stop)
+    monkeypatch.setattr(module._Work, "_run_block", stop)
     with pytest.raises(KeyboardInterrupt):
         compare(study(algorithms=("quaternion",)), tmp_path / "s")
     assert list(tmp_path.iterdir()) == []

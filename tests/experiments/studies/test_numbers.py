@@ -228,9 +228,8 @@ def test_costs_by_a_clock_of_its_own() -> None:
     assert Operations(1.0, 2.0, 4.0, 8.0, 0.5).total == 27.0
 
 
-def test_how_long_a_study_takes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two algorithms at 20 Hz and 40 Hz on 100 s with 2 gravity models, on one core: 100 (20 + 40)(50 + 70) ns · 2."""
-    monkeypatch.setattr("os.cpu_count", lambda: 1)
+def test_how_long_a_study_takes() -> None:
+    """Two algorithms at 20 Hz and 40 Hz on 100 s with 2 gravity models: 100 (20 + 40)(50 + 70) ns · 2."""
     part = Part.model_validate({
         "title": "p", "motions": [MOTION], "rates_hz": [40.0, 20.0], "gravities": ["normal", "order-1e-2"],
         "algorithms": ["quaternion", "euler"],
@@ -241,8 +240,9 @@ def test_how_long_a_study_takes(monkeypatch: pytest.MonkeyPatch) -> None:
     samples = 100.0 * 40.0 * 1.5e-6
     for vibration, factor in ((), 1.5), ([{"coordinate": "roll", "rms_arcsec": 1.0, "low_hz": 2.0}], 41.5):
         motion = StudyMotion.model_validate({**MOTION, "vibration": vibration})
-        found = _seconds(part, motion, 100.0, costs)
-        assert found == pytest.approx(1440e-3 + 0.03 * 8 + samples * factor, rel=1e-9)
+        for threads in (1, 2):
+            found = _seconds(part, motion, 100.0, costs, threads)
+            assert found == pytest.approx((1440e-3 + 0.03 * 8) / threads + samples * factor, rel=1e-9)
     assert [duration_text(s) for s in (1.2, 89.4, 90.0, 5399.0, 5400.0, 9000.0)] == [
         "1 s", "89 s", "2 min", "90 min", "1.5 h", "2.5 h",
     ]  # fmt: skip

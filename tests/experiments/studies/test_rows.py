@@ -13,7 +13,7 @@ import pytest
 from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.errors import RunError
 from sinssim.experiments.studies import study_schema
-from sinssim.experiments.studies.algorithm_comparison import _navigate, _Truth
+from sinssim.experiments.studies.algorithm_comparison import _navigated, _Truth
 from sinssim.experiments.studies.attitude_claims import _frame_rate
 from sinssim.experiments.studies.attitude_cost import AttitudeCost
 from sinssim.experiments.studies.step_cost import Cost, Operations
@@ -44,7 +44,7 @@ def navigated(monkeypatch: pytest.MonkeyPatch, change: Any) -> Any:
     plain = measured_attitude.navigate_set
     monkeypatch.setattr(measured_attitude, "navigate_set", lambda *given, **options: change(plain(*given, **options)))
     readings: Any = SimpleNamespace(imu=imu, attitude=None)
-    return _navigate(CASE, readings, part, _Truth(trajectory, imu.time), result)
+    return _navigated(CASE, readings, part, _Truth(trajectory, imu.time), result)
 
 
 def test_what_stands_beside_the_errors(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -42,8 +42,8 @@ def numbers(result: StudyResult) -> tuple[Any, ...]:
 @pytest.fixture
 def navigations(monkeypatch: pytest.MonkeyPatch) -> list[Case]:
     """The cases that are navigated, in order."""
-    begun, whole = list[Case](), running._navigate
-    monkeypatch.setattr(running, "_navigate", lambda case, *rest: begun.append(case) or whole(case, *rest))
+    begun, whole = list[Case](), running._navigated
+    monkeypatch.setattr(running, "_navigated", lambda case, *rest: begun.append(case) or whole(case, *rest))
     return begun
 
 

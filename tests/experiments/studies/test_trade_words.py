@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.errors import InputError, RunError
+from sinssim.errors import InputError
 from sinssim.experiments import workload
 from sinssim.experiments.studies import trade_run as running
 from sinssim.experiments.studies.trade_cells import CellNumbers
@@ -76,22 +76,20 @@ def test_cells_in_the_order_of_their_motions(tmp_path: Path, monkeypatch: pytest
         trade(study(tmp_path, axes=axes), tmp_path / "made")
 
 
-def test_what_is_said_of_an_interrupted_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two of six cells: the notes count them, and name folder and report."""
-    monkeypatch.setattr(running, "_write", lambda folder, result: None)
-    folder, stop = TradeDirectory(tmp_path / "there", study(tmp_path)), KeyboardInterrupt()
-    folder.close()
+def test_what_is_said_of_an_interrupted_study() -> None:
+    """Two of six cells are finished."""
 
     class Result(SimpleNamespace):
         def __len__(self) -> int:
             return 6
 
-    running._leave(folder, Result(finished=2), stop)
-    assert stop.__notes__ == [f"2 of 6 cells are finished, in {tmp_path / 'there'}; --resume continues.",
-                              f"Their report is {tmp_path / 'there' / 'report.html'}."]  # fmt: skip
-    nothing = RunError("it fell")
-    running._leave(folder, Result(finished=0), nothing)
-    assert nothing.__notes__ == ["No cell had finished."]
+    result: Any = Result(finished=2)
+    work = running._Work(result, None, None, None, None)  # type: ignore[arg-type]
+    assert work.finished == "2 of 6 cells"
+    work.conclude("interrupted")
+    assert result.status == "interrupted"
+    result.finished = 0
+    assert work.finished == ""
 
 
 def test_numbers_come_back_in_their_places() -> None:
