@@ -1,8 +1,10 @@
-"""What would explain a filter whose innovations speak against it: the filter runs again under each hypothesis.
+"""What would explain a filter whose innovations speak against it: the filter's recursion under each hypothesis.
 
 A hypothesis is one more state (a lever arm, a delay, an error of the inertial or of another sensor), a start that is
-known less, a larger noise of a sensor, or a random walk of the biases. Each run estimates its size; the evidence
-compares what the innovations say for it.
+known less, a larger noise of a sensor, or a random walk of the biases. The filter runs once with all states that are
+tried, each known to be zero, and without a gate; `linear_replay` gives the innovations of all hypotheses about the
+motion of this pass, with their gates. Sizes of noises are those of maximum likelihood, as for `sinssim tune`, and
+refused where the data cannot tell them. The filter itself then runs with the best hypotheses, which decides.
 
 The evidence of innovations for one model against another: with a linear model and normal noise the innovations give the
 probability density of the readings themselves,
@@ -20,8 +22,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Protocol
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import scipy
@@ -30,10 +34,16 @@ from numpy.typing import NDArray
 from sinssim.data import Array, NavState
 from sinssim.errors import SinssimError
 from sinssim.estimation.consistency import FALSE_ALARM, consistency
-from sinssim.estimation.filter_result import Diagnosis, Estimate, Hypothesis, Innovations, Kind, Refusals
+from sinssim.estimation.filter_result import ALIKE, Diagnosis, Estimate, Hypothesis, Innovations, Kind, Refusals
+from sinssim.estimation.linear_replay import Assumptions, LinearPass, nis_of
+from sinssim.estimation.maximum_likelihood import WIDE, Maximum, information, maximum_without_outliers, sigma_of
 from sinssim.estimation.state_model import Block, ErrorModel
+from sinssim.progress import Progress, silent
 from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.strapdown.navigation_error import navigation_error
+
+if TYPE_CHECKING:
+    from sinssim.estimation.filter_loop import Witness
 
 _PRIOR = {
     "gnss lever arm": 10.0,  # m: the size of a vehicle
@@ -210,41 +220,61 @@ def refusals(innovations: Innovations) -> Iterator[Refusals]:
             yield Refusals(innovations.sensor, float(first), float(last), end - begin, off)
 
 
-class LimitReachedError(SinssimError):
-    """The search has taken as many runs as it may; what is untried is left out."""
-
-
 class Run(Protocol):
     """Runs the filter with another error model, and with factors of the σ of some sensors."""
 
-    def __call__(self, model: ErrorModel, factors: Mapping[str, float], *, smooth: bool = False) -> Estimate:
-        """Return the estimate, smoothed if asked."""
+    def __call__(
+        self, model: ErrorModel, factors: Mapping[str, float], *, smooth: bool = False, witness: Witness | None = None
+    ) -> Estimate:
+        """Return the estimate, smoothed if asked; with a witness that of an error-state filter without a gate."""
         ...
 
 
-_ROUNDS, _SETTLED = 5, 0.03
-"""Most runs that find a factor of σ, and its relative change at which it is found."""
 _SURE = 2.576
 """Half of the 99 % confidence interval of a factor of σ in units of its 1σ; an interval with 1 in it is no advice."""
+_DECADES = 6
+"""Number of decades in which a noise is searched."""
+_MOST = 8
+"""Most hypotheses that the filter itself runs with, beside those on the start."""
+_FAR = 500.0
+"""Largest gain from which an error of the start may be beyond a linear recursion, so far off are the innovations."""
+_FINE, _STEP = 0.1, 1e-3
+"""Steps of the logarithm of a size, for the top of a parabola, and for its information."""
+_FARTHEST = math.log(1e3)
+"""Logarithm of the largest factor of a σ that is tried, and of the inverse of the least."""
+_WORDS = {"measurement noise": "σ of {}", "bias walk": "random walk of the {} bias"}
+"""What is tried, by kind, for the display of the progress."""
 _COLUMNS = ("time", "latitude", "longitude", "height", "velocity_ned", "q_nb", "defect")
-_DECADES, _HALF = 6, math.sqrt(10.0)
-"""Number of decades in which a noise is searched, and the finer step around the best one."""
 
 
-def diagnose(run: Run, model: ErrorModel, interval: float, until: float) -> Diagnosis | None:
+@dataclass(frozen=True)
+class _Tried:
+    """A hypothesis, and the filter that assumes it."""
+
+    hypothesis: Hypothesis
+    model: ErrorModel
+    factors: Mapping[str, float]
+
+
+def diagnose(
+    run: Run, model: ErrorModel, interval: float, until: float, progress: Progress = silent
+) -> Diagnosis | None:
     """Look for the cause of inconsistent innovations until an instant, s; return None if they are consistent."""
+    progress("the filter itself", 0.0)
     base = run(model, {})
     judged = consistency(base)
     if judged.consistent:
         return None
     bad = [s.sensor for s in judged.sensors if s.verdict not in ("consistent", "unknown", "outliers")]
-    tried = [*_states(run, model, base, interval), *_initial(run, model, base)]
-    tried += _measurement_noise(run, model, base, bad)
-    tried += _inertial_noise(run, model, base, interval)
+    search = _Search(run, model, base, interval, progress)
+    tried = [*search.states(), *search.noises(bad)]
     count = max(len(tried), 1)
     fitted = ("measurement noise", "inertial noise", "bias walk")
-    ranked = [replace(hypothesis, needed=needed_gain(count, hypothesis.kind in fitted)) for hypothesis in tried]
-    ranked.sort(key=lambda hypothesis: -hypothesis.gain)
+    tried = [
+        replace(of, hypothesis=replace(of.hypothesis, needed=needed_gain(count, of.hypothesis.kind in fitted)))
+        for of in tried
+    ]
+    ranked = _confirmed(run, base, tried, progress)
     ranked[:1] = [_with_size(run, model, base, hypothesis) for hypothesis in ranked[:1]]
     return Diagnosis(
         until,
@@ -254,46 +284,43 @@ def diagnose(run: Run, model: ErrorModel, interval: float, until: float) -> Diag
     )
 
 
-def _try(run: Run, model: ErrorModel, factors: Mapping[str, float]) -> Estimate | None:
-    """Run the filter; None if it fails, which speaks against the hypothesis, or if the search is at its limit."""
-    try:
-        estimate = run(model, factors)
-    except SinssimError:
-        return None
-    return estimate if len(estimate.time) else None
+def _confirmed(run: Run, base: Estimate, tried: Sequence[_Tried], progress: Progress) -> list[Hypothesis]:
+    """Run the filter with the hypotheses that may be the best; return all, the best first.
+
+    The recursion is linear about a motion that the fault has disturbed, so that those of a quarter of the largest gain
+    are run, and where the gains are large every start.
+    """
+    ranked = sorted(tried, key=lambda of: -of.hypothesis.gain)
+    most = max((of.hypothesis.gain for of in ranked), default=0.0)
+    least = min(0.25 * most, most - ALIKE)
+    chosen = [of for of in ranked if of.hypothesis.gain > max(least, of.hypothesis.needed)][:_MOST]
+    if most > _FAR:
+        chosen += [of for of in ranked if of.hypothesis.kind == "initial state" and of not in chosen]
+    done = []
+    for k, of in enumerate(chosen):
+        progress(_WORDS.get(of.hypothesis.kind, "{}").format(of.hypothesis.name), 0.6 + 0.4 * k / len(chosen))
+        done.append(_as_run(run, base, of))
+    best = max((of.gain for of in done), default=math.inf)
+    done += [replace(of.hypothesis, gain=min(of.hypothesis.gain, best)) for of in ranked if of not in chosen]
+    return sorted(done, key=lambda of: -of.gain)
 
 
-def _states(run: Run, model: ErrorModel, base: Estimate, interval: float) -> list[Hypothesis]:
-    """Try each state that the model lacks, or assumes to be small."""
-    tried = [_state(run, model, base, block) for block in state_candidates(model, base.innovations, interval)]
-    return [hypothesis for hypothesis in tried if hypothesis is not None]
-
-
-def _state(run: Run, model: ErrorModel, base: Estimate, block: Block) -> Hypothesis | None:
-    """Try one block of states; None if the filter fails with it."""
-    there = _try(run, with_block(model, block), {})
-    if there is None:
-        return None
-    where = there.model.slices[block.name]
-    value, sigma = there.parameters[block.name][-1], there.sigma[-1, where]
-    better = gain(base.innovations, there.innovations)
-    return Hypothesis(block.name, "state", _plain(value), _plain(sigma), better, math.inf)
+def _as_run(run: Run, base: Estimate, of: _Tried) -> Hypothesis:
+    """Return a hypothesis with what the filter itself makes of it; a filter that fails with it speaks against it."""
+    hypothesis = replace(of.hypothesis, gain=-math.inf)
+    with suppress(SinssimError):
+        there = run(of.model, of.factors)
+        if len(there.time):
+            hypothesis = replace(hypothesis, gain=gain(base.innovations, there.innovations))
+            if hypothesis.kind == "state":
+                value, sigma = there.parameters[hypothesis.name][-1], there.sigma[-1]
+                sigma = sigma[there.model.slices[hypothesis.name]]
+                return replace(hypothesis, value=_plain(value), sigma=_plain(sigma))
+    return hypothesis
 
 
 def _plain(values: Array) -> tuple[float, ...]:
     return tuple(float(value) for value in np.ravel(values))
-
-
-def _initial(run: Run, model: ErrorModel, base: Estimate) -> list[Hypothesis]:
-    """Try a start of which the filter knows little; the sizes are found afterwards, for the best one."""
-    hypotheses = []
-    for name, wide in initial_candidates(model):
-        there = _try(run, wide, {})
-        if there is not None:
-            hypotheses.append(
-                Hypothesis(name, "initial state", (), (), gain(base.innovations, there.innovations), math.inf)
-            )
-    return hypotheses
 
 
 def _with_size(run: Run, model: ErrorModel, base: Estimate, hypothesis: Hypothesis) -> Hypothesis:
@@ -314,125 +341,140 @@ def _with_size(run: Run, model: ErrorModel, base: Estimate, hypothesis: Hypothes
     return replace(hypothesis, value=_plain(sign * of_block[components]), sigma=_plain(sigma[components]))
 
 
-def _measurement_noise(run: Run, model: ErrorModel, base: Estimate, sensors: Sequence[str]) -> list[Hypothesis]:
-    """Try other σ of each sensor whose innovations are not as assumed, and of all of them together."""
-    which = [[sensor] for sensor in sensors] + ([list(sensors)] if len(sensors) > 1 else [])
-    hypotheses = []
-    for group in which:
-        factors, there, settled = dict.fromkeys(group, 1.0), base, False
-        for _ in range(_ROUNDS):
-            sizes = {i.sensor: size_of_innovations(i) for i in there.innovations if i.sensor in factors}
-            if not all(math.isfinite(size) and size > 0.0 for size in sizes.values()):
-                break
-            factors = {sensor: factors[sensor] * size for sensor, size in sizes.items()}
-            again = _try(run, model, factors)
-            if again is None:
-                break
-            there = again
-            settled = all(abs(size - 1.0) < _SETTLED for size in sizes.values())
-            if settled:
-                break
-        if not settled:  # the readings' own noise does not show in the innovations: no factor follows from them
-            continue
-        better = gain(base.innovations, there.innovations)
-        spread = _spread(run, model, factors, better, base)
-        if all(abs(math.log(factor)) > _SURE * spread for factor in factors.values()):
-            value = tuple(factors[sensor] for sensor in group)
-            sigma = tuple(spread * factor for factor in value)
-            hypotheses.append(Hypothesis(", ".join(group), "measurement noise", value, sigma, better, math.inf))
-    return hypotheses
+def _louder(model: ErrorModel, factor: float) -> ErrorModel:
+    """Return the model with more noise of the inertial sensors."""
+    return replace(model, gyro_noise=factor * model.gyro_noise, accel_noise=factor * model.accel_noise)
 
 
-def _spread(run: Run, model: ErrorModel, factors: Mapping[str, float], better: float, base: Estimate) -> float:
-    """Return the 1σ of the logarithm of factors of σ, from how much the gain falls where they are closer to 1.
-
-    The gain, twice the logarithm of the likelihood, is a parabola about its maximum, g − (ln f/f̂)²/σ². It is infinite
-    where the likelihood is flat, so that a factor of 1 cannot be told from the best one.
-    """
-    closer = {sensor: math.sqrt(factor) for sensor, factor in factors.items()}
-    try:
-        there = run(model, closer)
-    except LimitReachedError:
-        return math.inf
-    except SinssimError:
-        there = None
-    fall = better - (-math.inf if there is None else gain(base.innovations, there.innovations))
-    step = max(abs(math.log(factor)) for factor in closer.values())
-    return 0.0 if math.isinf(fall) else step / math.sqrt(fall) if fall > 0.0 else math.inf
+def _walking(model: ErrorModel, block: Block, density: float) -> ErrorModel:
+    """Return the model with the random walk of a bias."""
+    return with_block(model, replace(block, random_walk=density))
 
 
-def _inertial_noise(run: Run, model: ErrorModel, base: Estimate, interval: float) -> list[Hypothesis]:
-    """Try more white noise of the inertial sensors, and random walks of the biases of all sensors."""
-
-    def louder(factor: float) -> ErrorModel:
-        return replace(model, gyro_noise=factor * model.gyro_noise, accel_noise=factor * model.accel_noise)
-
-    lasts = float(base.time[-1] - base.time[0]) if len(base.time) > 1 else 1.0
-    searches = []
-    if model.gyro_noise > 0.0 or model.accel_noise > 0.0:
-        searches.append(_Search(run, base, "inertial noise", "inertial noise", louder, _HALF))
-    for name, block, noise in walks(model, base.innovations, interval):
-        # from where the walk is as large as the white noise at the end of the time
-        searches.append(_Search(run, base, name, "bias walk", _walking(model, block), math.sqrt(3.0) * noise / lasts))
-    for search in searches:
-        search.by_decades()
-    if searches:
-        max(searches, key=lambda search: search.best[1]).refine()
-    return [search.hypothesis for search in searches if math.isfinite(search.best[1])]
-
-
-def _walking(model: ErrorModel, block: Block) -> Callable[[float], ErrorModel]:
-    """Return the model by the density of the random walk of a bias."""
-    return lambda density: with_block(model, replace(block, random_walk=density))
-
-
-@dataclass
 class _Search:
-    """The search for the size of a noise that explains the innovations best."""
+    """The hypotheses about one pass of the filter."""
 
-    run: Run  # runs the filter
-    base: Estimate  # the filter's estimate
-    name: str
-    kind: Kind  # name, kind: of the hypothesis
-    model_of: Callable[[float], ErrorModel]  # model with a noise of a size
-    start: float  # least size
-    tried: dict[float, float] = field(default_factory=dict)  # gain by size
+    def __init__(self, run: Run, model: ErrorModel, base: Estimate, interval: float, progress: Progress) -> None:
+        self._model, self._base, self._progress = model, base, progress
+        self._blocks = state_candidates(model, base.innovations, interval)
+        self._walks = list(walks(model, base.innovations, interval))
+        wide = model
+        for block in (*self._blocks, *(block for _, block, _ in self._walks)):
+            if block.name not in wide.slices:
+                wide = with_block(wide, replace(block, sigma=0.0 * np.asarray(block.sigma), random_walk=0.0))
+        self.line = LinearPass(walking=tuple(block.name for _, block, _ in self._walks), mean_rates=True)
+        progress("all errors at once", 0.05)
+        with suppress(SinssimError):  # nothing is known beyond
+            run(wide, {}, witness=self.line)
+        self._bounds = {of.sensor: of.bound for of in base.innovations}
+        if self.line.events:
+            walking = len(self._walks)
+            self._process = np.r_[np.ones(self.line.sources - walking), np.zeros(walking)]
+            self._least = float(self._gated([self._assumed()])[0][0])
 
-    @property
-    def best(self) -> tuple[float, float]:
-        """Size with the largest gain, and that gain."""
-        return max(self.tried.items(), key=lambda item: item[1])
+    def _assumed(self, model: ErrorModel | None = None, **other: Any) -> Assumptions:
+        """Return assumptions, of a model that knows less of some states at the start."""
+        more = np.zeros(self.line.model.size)
+        for block in (model or self._model).blocks:
+            where = self.line.model.slices[block.name]
+            more[where] = np.square(block.sigma) - self.line.model.sigma[where] ** 2
+        return Assumptions(**{"process": self._process, "more": more, **other})
 
-    @property
-    def hypothesis(self) -> Hypothesis:
-        """What was found."""
-        size, better = self.best
-        return Hypothesis(self.name, self.kind, (size,), (), better, math.inf)
+    def _gated(self, assumptions: Sequence[Assumptions]) -> tuple[Array, Array, Array]:
+        """Return Σ (νᵀS⁻¹ν + ln det S), (B,), and errors and covariances at the end, with the gate of each."""
+        series, x, p = self.line.replay_whole(assumptions, {}, bounds=self._bounds)
+        total = np.zeros(len(assumptions))
+        for of in series:
+            nis = np.minimum(nis_of(of.value, of.covariance), self._bounds[of.sensor])
+            total += np.sum(nis + np.linalg.slogdet(of.covariance)[1], axis=1)
+        return total, x, p
 
-    def _judge(self, size: float) -> float:
-        there = _try(self.run, self.model_of(size), {})
-        self.tried[size] = -math.inf if there is None else gain(self.base.innovations, there.innovations)
-        return self.tried[size]
+    def states(self) -> list[_Tried]:
+        """Try each state that the model lacks or assumes to be small, and a start of which the filter knows little."""
+        if not self.line.events:
+            return []
+        models = [(block.name, with_block(self._model, block)) for block in self._blocks]
+        starts = list(initial_candidates(self._model))
+        self._progress("explanations", 0.3)
+        total, x, p = self._gated([self._assumed(model) for _, model in (*models, *starts)])
+        tried = []
+        for k, (name, model) in enumerate((*models, *starts)):
+            hypothesis = Hypothesis(name, "initial state", (), (), self._least - float(total[k]), math.inf)
+            if k < len(models):
+                where = self.line.model.slices[name]
+                value, sigma = x[k, where] + self.line.fed[where], np.sqrt(p[k, where, where].diagonal())
+                hypothesis = replace(hypothesis, kind="state", value=_plain(value), sigma=_plain(sigma))
+            tried.append(_Tried(hypothesis, model, {}))
+        return tried
 
-    def by_decades(self) -> None:
-        """Try a size in each decade, until the gain has been and falls."""
-        gains: list[float] = []
-        for step in range(_DECADES):
-            gains.append(self._judge(self.start * 10.0**step))
-            if step > 1 and max(gains) > 0.0 and gains[-1] < gains[-2] < gains[-3]:
-                break
+    def noises(self, bad: Sequence[str]) -> Iterator[_Tried]:
+        """Fit other σ of each sensor whose innovations are not as assumed, and of all of them together; more noise of
+        the inertial sensors; and random walks of the biases of all sensors."""
+        if not self.line.events:
+            return
+        for group in [[sensor] for sensor in bad] + ([list(bad)] if len(bad) > 1 else []):
+            yield from self._readings(group)
+        model = self._model
+        if model.gyro_noise > 0.0 or model.accel_noise > 0.0:
+            yield from self._noise("inertial noise", "inertial noise", [0, 1], 1.0, 1.0, partial(_louder, model))
+        lasts = self.line.events[-1].time - self.line.events[0].time or 1.0
+        first = self.line.sources - len(self._walks)
+        for j, (name, block, noise) in enumerate(self._walks):
+            # from where the walk is as large as the white noise at the end of the time
+            density, least = float(np.max(block.density)), math.sqrt(3.0) * noise / lasts
+            model_of = partial(_walking, model, block)
+            yield from self._noise(name, "bias walk", [first + j], density, max(least, density), model_of)
 
-    def refine(self) -> None:
-        """Halve the steps twice in the logarithm, then take the vertex of a parabola."""
-        for ratio in (_HALF, math.sqrt(_HALF)):
-            size = self.best[0]
-            for near in (size * ratio, size / ratio):
-                self._judge(near)
-        order = sorted(self.tried)
-        k = order.index(self.best[0])
-        if 0 < k < len(order) - 1:
-            x = np.log([size / order[k] for size in order[k - 1 : k + 2]])
-            y = np.array([self.tried[size] for size in order[k - 1 : k + 2]])
-            if np.isfinite(y).all():
-                bend, slope, _ = np.polyfit(x, y, 2)
-                self._judge(order[k] * math.exp(-0.5 * slope / bend))
+    def _fitted(self, assumed: Callable[[Array], Assumptions], start: Array, low: Array, high: Array) -> Maximum:
+        """Return the maximum of the likelihood, without outliers; its value is the gain."""
+        dropped = {of.sensor: np.zeros(len(of.nis), dtype=bool) for of in self._base.innovations}
+        best = maximum_without_outliers(
+            lambda sets: self.line.replay([assumed(x) for x in sets], dropped), dropped, start, low, high
+        )
+        return replace(best, value=self._least - float(self._gated([assumed(best.x)])[0][0]))
+
+    def _readings(self, group: Sequence[str]) -> Iterator[_Tried]:
+        """Fit the σ of sensors; nothing if the readings do not determine all of them, or if one may be right."""
+        self._progress(_WORDS["measurement noise"].format(", ".join(group)), 0.4)
+        count = {of.sensor: len(of.nis) for of in self._base.innovations}
+
+        def assumed(x: Array) -> Assumptions:
+            return self._assumed(
+                sigma={name: np.full((count[name], 1), math.exp(v)) for name, v in zip(group, x, strict=True)}
+            )
+
+        start = np.zeros(len(group))
+        best = self._fitted(assumed, start, start - _FARTHEST, start + _FARTHEST)
+        if np.all((best.sigma <= WIDE) & (np.abs(best.x) > _SURE * best.sigma)):
+            value, sigma = _plain(np.exp(best.x)), _plain(best.sigma * np.exp(best.x))
+            hypothesis = Hypothesis(", ".join(group), "measurement noise", value, sigma, best.value, math.inf)
+            yield _Tried(hypothesis, self._model, dict(zip(group, value, strict=True)))
+
+    def _noise(
+        self, name: str, kind: Kind, sources: Sequence[int], present: float, least: float,
+        model_of: Callable[[float], ErrorModel],
+    ) -> Iterator[_Tried]:  # fmt: skip
+        """Fit the size of a noise from the `least` on; nothing if the readings do not determine it, or the present one
+        may be right."""
+        self._progress(_WORDS.get(kind, "{}").format(name), 0.5)
+
+        def assumed(x: Array) -> Assumptions:
+            process, size = self._process.copy(), math.exp(x[0])
+            process[sources] = size**2 - (present**2 if kind == "bias walk" else 0.0)
+            return self._assumed(model_of(size), process=process)
+
+        grid: Array = math.log(least) + _DECADES * math.log(10.0) * np.linspace(0.0, 1.0, 6 * _DECADES + 1)[:, None]
+        total = self._gated([assumed(x) for x in grid])[0]
+        k = int(np.argmin(total))
+        if not 0 < k < len(grid) - 1:
+            return
+        x = grid[k]
+        for step in (grid[1, 0] - grid[0, 0], _FINE):
+            sides = step * np.array([-1.0, 0.0, 1.0])
+            bend, slope, _ = np.polyfit(sides, self._gated([assumed(x + side) for side in sides])[0], 2)
+            x = x + np.clip(-0.5 * slope / bend, -step, step)
+        sets = [assumed(x), assumed(x + _STEP)]
+        sigma = sigma_of(information(self.line.replay_whole(sets, {}, bounds=self._bounds)[0], _STEP))
+        if sigma[0] <= WIDE and x[0] > grid[0, 0] + _SURE * sigma[0]:
+            better, size = self._least - float(self._gated(sets[:1])[0][0]), math.exp(x[0])
+            yield _Tried(Hypothesis(name, kind, (size,), (), better, math.inf), model_of(size), {})

@@ -63,7 +63,6 @@ class Diagnosis:
     hypotheses: tuple[Hypothesis, ...]  # all that were tried, the one with the largest gain first
     runs: int = 0  # number of runs of the filter that the search took
     seconds: float = 0.0  # their duration
-    cut: bool = False  # whether the search ended at its limit, with hypotheses untried
 
     @property
     def cause(self) -> Hypothesis | None:

@@ -175,9 +175,8 @@ class FilterSection(_FilterKeys):
     diagnose: bool = Field(
         default=False,
         description="whether the program searches for the cause if the innovations are inconsistent with the filter: "
-        "the filter then runs up to seventy times over the first minutes, each time with another lever arm, delay, "
-        "sensor error, initial error or noise; the runs together take about two minutes at most, or thirty times as "
-        "long as the filter",
+        "the linear recursion of a run over the first minutes is repeated with a lever arm, a delay, sensor errors, "
+        "initial errors and noises, and the filter runs again with the best of them, up to fourteen times",
     )
 
     rules: ClassVar[Rules] = (

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -19,7 +20,8 @@ from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
 from sinssim.errors import InputError, SinssimError
 from sinssim.estimation.consistency import consistency
 from sinssim.estimation.estimate import estimate, vibration_untold
-from sinssim.estimation.filter_diagnosis import LimitReachedError, diagnose, widened
+from sinssim.estimation.filter_diagnosis import diagnose, widened
+from sinssim.estimation.filter_loop import Witness, followed
 from sinssim.estimation.filter_result import Diagnosis, Estimate, Innovations
 from sinssim.estimation.filter_start import Start, at_rest, by_course, in_motion
 from sinssim.estimation.state_model import ErrorModel
@@ -46,12 +48,6 @@ if TYPE_CHECKING:
 _FIRST_S = 300.0
 """Shortest time that is looked at. It is doubled until the innovations within it speak against the filter, so that a
 fault that shows early costs little however long the run is."""
-
-_SAMPLES, _MOST, _FEWEST = 3_000_000, 70, 30
-"""Limit of the search: inertial samples that all its runs take together, about two minutes at 40 µs for each; most runs
-in any case, more than any model has needed; and runs that are allowed however long the time is: those of the states,
-of the start and of the measurement noise, the most likely causes, which come first. The search for inertial noise, with
-six decades for each sensor, is then cut."""
 
 
 def diagnosed(
@@ -117,53 +113,27 @@ def _diagnosis(
     imu = ImuData(edges[: stop + 1], start.imu.dtheta[:stop], start.imu.dvel[:stop])
     within = [_rows(m, m.time <= edges[stop] + 1e-9) for m in readings]
 
-    most = most_runs(stop)
-    runs, refused, begin = 0, 0, time.perf_counter()
+    runs, begin = 0, time.perf_counter()
 
-    def run(model: ErrorModel, factors: Mapping[str, float], *, smooth: bool = False) -> Estimate:
-        nonlocal runs, refused
-        if runs >= most and not smooth:  # the size of the best explanation is found in any case
-            refused += 1
-            raise LimitReachedError("the search is at its limit.")
-        progress(_tried(filter_estimate.model, model, factors), min(runs / most, 1.0))
+    def run(
+        model: ErrorModel, factors: Mapping[str, float], *, smooth: bool = False, witness: Witness | None = None
+    ) -> Estimate:
+        nonlocal runs
         runs += 1
         measurements = [replace(m, sigma=factors.get(m.label, 1.0) * m.sigma) for m in within]
         run_options = {**options, "axes": model.axes}
+        if witness is not None:
+            run_options |= {"kind": "error-state", "gate": None, "monitor_s": 0.0}
         known = widened(start.covariance, filter_estimate.model, model)
-        return estimate(
-            imu, start.state, measurements, model, covariance=known, smooth=smooth, history=False, **run_options
-        )
+        with nullcontext() if witness is None else followed(witness):
+            return estimate(
+                imu, start.state, measurements, model, covariance=known, smooth=smooth, history=False, **run_options
+            )
 
     interval = float(np.median(np.diff(imu.time)))
-    seen = diagnose(run, filter_estimate.model, interval, float(edges[stop]))
+    seen = diagnose(run, filter_estimate.model, interval, float(edges[stop]), progress)
     progress("done", 1.0)
-    took = time.perf_counter() - begin
-    return None if seen is None else replace(seen, runs=runs, seconds=took, cut=refused > 0)
-
-
-def most_runs(samples: int) -> int:
-    """Return how many runs of the filter a search may take."""
-    return min(max(_SAMPLES // max(samples, 1), _FEWEST), _MOST)
-
-
-def _tried(baseline_model: ErrorModel, model: ErrorModel, factors: Mapping[str, float]) -> str:
-    """Return in which a model differs from the filter's own, in a few words."""
-    if factors:
-        return f"σ of {', '.join(factors)}"
-    if (model.gyro_noise, model.accel_noise) != (baseline_model.gyro_noise, baseline_model.accel_noise):
-        return "inertial noise"
-    known = {block.name: block for block in baseline_model.blocks}
-    for block in model.blocks:
-        there = known.get(block.name)
-        if there is None or not np.array_equal(there.sigma, block.sigma):
-            return (
-                block.name
-                if there is None or block.name not in ("position", "velocity", "attitude")
-                else f"initial {block.name}"
-            )
-        if there is not block:
-            return f"random walk of {block.name}"
-    return "the filter itself"
+    return None if seen is None else replace(seen, runs=runs, seconds=time.perf_counter() - begin)
 
 
 def _rows(m: Measurements, which: np.ndarray[Any, np.dtype[np.bool_]]) -> Measurements:

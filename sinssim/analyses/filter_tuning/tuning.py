@@ -14,33 +14,34 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
-from sinssim.analyses.filter_tuning.linear_replay import Assumptions, Series, densities_of
-from sinssim.analyses.filter_tuning.maximum_likelihood import Maximum, log_likelihood, maximum
 from sinssim.analyses.filter_tuning.tuning_data import TuningData, starts_of
 from sinssim.analyses.filter_tuning.tuning_result import Judged, Tuned, TuningResult
 from sinssim.data import Array
 from sinssim.errors import InputError
+from sinssim.estimation.linear_replay import Assumptions, Series, densities_of, nis_of
+from sinssim.estimation.maximum_likelihood import (
+    WIDE,
+    Maximum,
+    drop_outliers,
+    log_likelihood,
+    maximum,
+    maximum_without_outliers,
+)
 from sinssim.formatting import number_text
 from sinssim.progress import Progress, silent
 
 HELD_OUT = 1.0 / 3.0
 """Share of the data, at its end, that judges the keys by default."""
 
-OUTLIER = 1e-4
-"""Probability of a correct measurement beyond which one is an outlier."""
-
 _LEAST = math.log(1e-7)
 """Logarithm of the least noise over that to begin with."""
-
-_WIDE = math.log(100.0) / (2.0 * 1.96)
-"""1σ of the logarithm from which the data cannot tell a noise: its 95 % interval spans a factor of a hundred."""
 
 _GRID, _STRIDE = 0.25, 2
 """Steps of the logarithm by which one-sided limits are sought, and how many of them at once with the others fitted."""
@@ -48,8 +49,8 @@ _GRID, _STRIDE = 0.25, 2
 _FALL = 1.3528
 """Fall of L at a one-sided limit of 95 %: half of χ² of one degree of freedom at 90 %."""
 
-_AGAIN, _ROUNDS = 0.3, 4
-"""Change of the logarithm of a noise beyond which the filter runs again; most fits with fresh outliers left out."""
+_AGAIN = 0.3
+"""Change of the logarithm of a noise beyond which the filter runs again."""
 
 
 class _Pass:
@@ -88,21 +89,6 @@ class _Pass:
     def replay(self, sets: Array, until: float = math.inf) -> list[Series]:
         """Return the innovations for B sets of logarithms, (B, n), until an instant, s."""
         return self.line.replay([self._assumptions(x) for x in sets], self.dropped, until)
-
-    def drop_outliers(self, innovations: Sequence[Series]) -> bool:
-        """Leave out measurements that are too far off for chance; return whether there are new ones."""
-        fresh = False
-        for series in innovations:
-            nis = _nis(series)[0]
-            far, expected = nis > scipy.special.chdtri(series.value.shape[2], OUTLIER), OUTLIER * len(nis)
-            if np.count_nonzero(far) > expected + 3.0 * math.sqrt(expected) + 1.0:
-                self.dropped[series.sensor][series.row[far]] = fresh = True
-        return fresh
-
-
-def _nis(series: Series) -> Array:
-    solved = np.linalg.solve(series.covariance, series.value[..., None])[..., 0]
-    return np.asarray(np.einsum("bmk,bmk->bm", series.value, solved))
 
 
 def tune(
@@ -175,15 +161,13 @@ def _fit(
         return line.replay(whole, split)
 
     low, high = np.full(int(free.sum()), _LEAST), line.most[free]
-    steps, here = 0, at[free]
-    for last in (*[not outliers] * (_ROUNDS - 1), True):
-        best = maximum(replay, here, low, high, progress)
-        steps, here = steps + best.steps, best.x
-        if last or not line.drop_outliers(best.innovations):
-            break
+    if outliers:
+        best = maximum_without_outliers(replay, line.dropped, at[free], low, high, progress)
+    else:
+        best = maximum(replay, at[free], low, high, progress)
     x, sigma = at.copy(), np.full(len(at), math.inf)
     x[free], sigma[free] = best.x, best.sigma
-    return Maximum(x, best.value, sigma, best.innovations, steps)
+    return replace(best, x=x, sigma=sigma)
 
 
 def _decided(
@@ -196,7 +180,7 @@ def _decided(
     count, free, limits = 0, np.ones(len(start), dtype=bool), dict[int, tuple[float, float]]()
     while free.any():
         worst = int(np.argmax(np.where(free, fitted.sigma, -1.0)))
-        if fitted.sigma[worst] <= _WIDE:
+        if fitted.sigma[worst] <= WIDE:
             break
         low, high, more = _one_sided(line, fitted, worst, split, free)
         free[worst], limits[worst], at = False, (low, high), fitted.x.copy()
@@ -255,14 +239,14 @@ def _one_sided(line: _Pass, fitted: Maximum, k: int, split: float, free: NDArray
 
 def _judged(line: _Pass, x: Array, split: float) -> tuple[float, tuple[Judged, ...]]:
     """Judge values by the held-out part, whose outliers with them are left out."""
-    line.drop_outliers([_later(of, split) for of in line.replay(x[None])])
+    drop_outliers(line.dropped, [_later(of, split) for of in line.replay(x[None])])
     both = [part for of in line.replay(np.vstack([0.0 * x, x])) if len((part := _later(of, split)).time)]
     if not both:
         return math.nan, ()
     before, after = log_likelihood(both)
     judged = []
     for of in both:
-        sums, components = _nis(of).sum(axis=1), of.value.shape[1] * of.value.shape[2]
+        sums, components = nis_of(of.value, of.covariance).sum(axis=1), of.value.shape[1] * of.value.shape[2]
         judged.append(Judged(of.sensor, len(of.time), *(float(total) / components for total in sums)))
     return 2.0 * float(after - before), tuple(judged)
 

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sinssim.analyses.filter_tuning.linear_replay import LinearPass, densities_of
 from sinssim.content import find_content
 from sinssim.data import Measurements
 from sinssim.errors import InputError, RunError
 from sinssim.estimation.filter_loop import followed
+from sinssim.estimation.linear_replay import LinearPass, densities_of
 from sinssim.estimation.state_model import ErrorModel
 from sinssim.logs.recorded_log import gnss_readings
 from sinssim.scenario.filter_model import filter_model, with_states

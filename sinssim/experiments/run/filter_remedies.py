@@ -325,7 +325,6 @@ def diagnosis_numbers(estimate: Estimate, scenario: Scenario) -> DiagnosisNumber
         "until_s": diagnosis.until,
         "runs": diagnosis.runs,
         "seconds": round(diagnosis.seconds, 1),
-        "cut": diagnosis.cut,
         "false_alarm": FALSE_ALARM,
         "refused": [_span(span) for span in diagnosis.refusals],
         "sensors": {
@@ -347,15 +346,11 @@ def diagnosis_numbers(estimate: Estimate, scenario: Scenario) -> DiagnosisNumber
 
 
 def _cost(diagnosis: Diagnosis) -> Iterator[str]:
-    """Tell what the search took, and whether it ended before everything was tried."""
+    """Tell what the search took."""
     if diagnosis.runs:
-        cut = (
-            " It ended at this limit of runs, before everything was tried: the search for noise comes last. A shorter "
-            "scenario that shows the fault early is searched in full."
-        )
         yield (
             f"The search took {diagnosis.runs} runs of the filter over the data until {round(diagnosis.until, 1):g} s, "
-            f"{number_text(diagnosis.seconds, 2)} s in all.{cut if diagnosis.cut else ''}"
+            f"{number_text(diagnosis.seconds, 2)} s in all."
         )
 
 
@@ -467,7 +462,8 @@ def what_to_try(numbers: DiagnosisNumbers) -> Iterator[Item]:
                Column("size ± 1σ, SI; factor of a σ or a noise"))  # fmt: skip
     yield Table(
         columns, rows,
-        note=f"The filter ran again with each explanation, until {round(numbers['until_s'], 1):g} s. The gain is twice "
+        note=f"The filter ran again with the best explanations, until {round(numbers['until_s'], 1):g} s; the gains of "
+        "the others are those of its linear recursion. The gain is twice "
         "the logarithm of the factor by which the measurements become more probable. The limit is the value that the "
         f"gain of any explanation exceeds in at most {100.0 * numbers['false_alarm']:g} % of runs with a correct "
         "filter. A wrong explanation that resembles the correct one has a large gain, too: only the largest gain, in "

@@ -149,7 +149,6 @@ class DiagnosisNumbers(TypedDict):
     until_s: NotRequired[float]
     runs: NotRequired[int]
     seconds: NotRequired[float]
-    cut: NotRequired[bool]
     false_alarm: NotRequired[float]
     refused: list[RefusedSpan]
     sensors: dict[str, SizeNumbers]

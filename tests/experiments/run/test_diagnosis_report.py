@@ -46,7 +46,7 @@ def test_the_explanations_from_the_cause_down() -> None:
     assert "<strong>334</strong>" in shown
     text = read(shown)
     assert "Set σ &lt; 3 m." in text
-    assert "until 123.5 s." in text
+    assert "until 123.5 s; the gains of the others are those of its linear recursion." in text
     assert "in at most 1.3 % of runs with a correct filter" in text
 
 

@@ -22,6 +22,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.estimation.error_dynamics import driving_noise, noise_at_speed
@@ -52,11 +53,13 @@ class Event(NamedTuple):
 
 
 class Assumptions(NamedTuple):
-    """Noises of a filter relative to those of the pass."""
+    """What another filter assumes: noises relative to those of the pass, and what else it knows at the start."""
 
     process: Array  # s_j of each source, (J,)
-    start: Array  # 1σ of the states at the start, (n,)
-    sigma: Mapping[str, Array]  # σ of the readings of sensors, by name: of each reading, (M, k); 1 where none is given
+    start: Array | float = 1.0  # 1σ of the states at the start, (n,)
+    sigma: Mapping[str, Array] = {}  # σ of the readings, by sensor: of each reading, (M, k); 1 where none is given
+    more: Array | float = 0.0  # variance of the states at the start in addition, (n,)
+    error: Array | float = 0.0  # error that is known at the start beside those of the pass, (n,)
 
 
 class Series(NamedTuple):
@@ -90,6 +93,8 @@ def densities_of(model: ErrorModel) -> Array:
 class LinearPass:
     """What a pass of the filter leaves for `replay`; a witness of the pass."""
 
+    walking: Sequence[str] = ()  # blocks with one more source of noise, a random walk of 1 unit/√s, after all others
+    mean_rates: bool = False  # whether zero-rate readings count, with noise that is independent of that of the gyros
     events: list[Event] = field(default_factory=list)
 
     def begin(self, around: Surroundings, covariance: Array) -> None:
@@ -97,15 +102,19 @@ class LinearPass:
         self.model, self.covariance, self.around = around.model, covariance, around
         self.names = [readings.data.label for readings in around.readings]
         self._unused = {
-            k for k, readings in enumerate(around.readings) if measurement_kind(readings.data.kind).mean_rate
-        }  # their noise is that of the gyros
+            k for k, readings in enumerate(around.readings)
+            if measurement_kind(readings.data.kind).mean_rate and not self.mean_rates
+        }  # their noise is that of the gyros  # fmt: skip
         self._density = driving_noise(around.model)
         core = list(range(CORE))
         self._driven = list(sources_of(around.model).values())
+        self._of_model = len(self._driven)
+        places = (around.model.slices[name] for name in self.walking)
+        self._driven += [list(range(where.start, where.stop)) for where in places]
+        self.fed = np.zeros(around.model.size)
         self._reached = [sorted({*core, *states}) for states in self._driven]
         if around.added is not None:  # noise beside that of the model, which no assumption changes
             self._reached.append(core)
-        self._flat = [np.ravel_multi_index(np.ix_(s, s), (around.model.size,) * 2).ravel() for s in self._reached]
         self._restart()
 
     def _restart(self) -> None:
@@ -128,7 +137,7 @@ class LinearPass:
                 at = float(time[line.first + k])
                 self.events.append(Event(at, self._a, self._c, tuple(q.ravel() for q in self._q), readings))
                 self._restart()
-        self._c = self._c - fed
+        self._c, self.fed = self._c - fed, self.fed + fed
         if turn is not None:
             self._a, self._c = turn @ self._a, turn @ self._c
             self._q = [
@@ -148,13 +157,19 @@ class LinearPass:
                 self._q[j] += rest if rest is not None else 0.0
                 continue
             e = np.zeros((len(states), len(driven)))
-            e[[states.index(s) for s in driven], np.arange(len(driven))] = np.sqrt(density[driven])
+            size = np.sqrt(density[driven]) if j < self._of_model else 1.0
+            e[[states.index(s) for s in driven], np.arange(len(driven))] = size
             moved = part @ e
             middle = 0.5 * (e + moved)
             q = interval / 6.0 * (moved @ moved.T + 4.0 * middle @ middle.T + e @ e.T)  # (2)
             self._q[j] += q
-            if rest is not None:
+            if rest is not None and j < self._of_model:
                 rest = rest - q[:CORE, :CORE]
+
+    @property
+    def sources(self) -> int:
+        """Number of sources of noise that assumptions have a factor for."""
+        return len(self._driven)
 
     def replay(
         self, assumptions: Sequence[Assumptions], dropped: Mapping[str, Array], until: float = math.inf
@@ -166,35 +181,83 @@ class LinearPass:
             dropped: by sensor whether a reading is left out, (M,).
             until: last instant, s.
         """
-        n, b = self.model.size, len(assumptions)
-        count = len(self._driven)
+        return self.replay_whole(assumptions, dropped, until)[0]
+
+    def replay_whole(
+        self,
+        assumptions: Sequence[Assumptions],
+        dropped: Mapping[str, Array],
+        until: float = math.inf,
+        bounds: Mapping[str, float] | None = None,
+    ) -> tuple[list[Series], Array, Array]:
+        """Return the innovations of `replay`, and at the end the errors beside those fed back, and their covariances.
+
+        Args:
+            bounds: by sensor the NIS beyond which a gate refuses a reading.
+        """
+        b, count = len(assumptions), len(self._driven)
         process = np.array([of.process for of in assumptions])
-        start = np.array([of.start for of in assumptions])
-        p = self.covariance * start[:, :, None] * start[:, None, :]
-        x = np.zeros((b, n))
+        scale, more, x = (
+            np.array([np.broadcast_to(value, self.model.size) for value in values])
+            for values in zip(*((of.start, of.more, of.error) for of in assumptions), strict=True)
+        )
+        p = self.covariance * scale[:, :, None] * scale[:, None, :]
+        p[:, np.arange(self.model.size), np.arange(self.model.size)] += more
+        used, n, sources = self._used(p, x, process)
+        inside = np.ix_(used, used)
+        x, p = x[:, used], p[:, used[:, None], used]
         kept: list[list[tuple[int, float, Array, Array]]] = [[] for _ in self.names]
         for event in self.events:
             if event.time > until:
                 break
-            x, p = x @ event.a.T + event.c, _moved(p, event.a)
+            a = event.a[inside]
+            x, p = x @ a.T + event.c[used], _moved(p, a)
             flat = p.reshape(b, n * n)
-            for j, (places, q) in enumerate(zip(self._flat, event.q, strict=True)):
-                flat[:, places] += process[:, j, None] * q if j < count else q
+            for j, places in sources:
+                flat[:, places] += process[:, j, None] * event.q[j] if j < count else event.q[j]
             for reading in event.readings:
                 name = self.names[reading.sensor]
                 if name in dropped and dropped[name][reading.row]:
                     continue
                 ratio = np.array([of.sigma[name][reading.row] if name in of.sigma else np.ones(len(reading.z))
                                   for of in assumptions])  # fmt: skip
-                seen = p @ reading.h.T
-                s = reading.h @ seen + ratio[:, :, None] * reading.r * ratio[:, None, :]
-                value = reading.z - x @ reading.h.T
+                h = reading.h[:, used]
+                seen = p @ h.T
+                s = h @ seen + ratio[:, :, None] * reading.r * ratio[:, None, :]
+                value = reading.z - x @ h.T
                 gain = np.linalg.solve(s, seen.transpose(0, 2, 1))
+                if bounds is not None:
+                    gain[nis_of(value[:, None], s[:, None])[:, 0] > bounds.get(name, math.inf)] = 0.0
                 x = x + np.einsum("bkn,bk->bn", gain, value)
                 p = p - seen @ gain
                 p = 0.5 * (p + p.transpose(0, 2, 1))
                 kept[reading.sensor].append((reading.row, event.time, value, s))
-        return [_series(name, rows) for name, rows in zip(self.names, kept, strict=True) if rows]
+        series = [_series(name, rows) for name, rows in zip(self.names, kept, strict=True) if rows]
+        end, covariance = np.zeros((b, self.model.size)), np.zeros((b, self.model.size, self.model.size))
+        end[:, used], covariance[:, used[:, None], used] = x, p
+        return series, end @ self._a.T + self._c, self._a @ covariance @ self._a.T
+
+    def _used(
+        self, p: Array, x: Array, process: Array
+    ) -> tuple[NDArray[np.intp], int, list[tuple[int, NDArray[np.intp]]]]:
+        """Return the states that are not zero throughout, their number, and the sources with their places in P."""
+        acting = [j for j in range(len(self._reached)) if j >= len(self._driven) or np.any(process[:, j])]
+        lives = np.any(np.einsum("bii->bi", p), axis=0) | np.any(x, axis=0)
+        lives[:CORE] = True
+        for j in acting:
+            lives[self._reached[j]] = True
+        used = np.flatnonzero(lives)
+        n, sources = len(used), []
+        for j in acting:
+            where = np.searchsorted(used, self._reached[j])
+            sources.append((j, np.ravel_multi_index(np.ix_(where, where), (n, n)).ravel()))
+        return used, n, sources
+
+
+def nis_of(value: Array, covariance: Array) -> Array:
+    """Return νᵀS⁻¹ν, (B, M), of innovations, (B, M, k), with covariances, (B, M, k, k)."""
+    solved = np.linalg.solve(covariance, value[..., None])[..., 0]
+    return np.asarray(np.einsum("bmk,bmk->bm", value, solved))
 
 
 def _series(name: str, rows: list[tuple[int, float, Array, Array]]) -> Series:

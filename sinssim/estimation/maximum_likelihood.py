@@ -17,16 +17,17 @@ The inverse of (2) is the covariance of the estimates.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
-from sinssim.analyses.filter_tuning.linear_replay import Series
 from sinssim.data import Array
+from sinssim.estimation.linear_replay import Series, nis_of
 
 Replay = Callable[[Array], Sequence[Series]]
 """Returns the innovations of the filter for B sets of parameters, (B, n)."""
@@ -51,8 +52,7 @@ def log_likelihood(innovations: Sequence[Series], rows: Callable[[Series], Array
     for sensor in innovations:
         part = slice(None) if rows is None else rows(sensor)
         value, s = sensor.value[:, part], sensor.covariance[:, part]
-        nis = np.einsum("bmk,bmk->b", value, np.linalg.solve(s, value[..., None])[..., 0])
-        total -= 0.5 * (nis + np.sum(np.linalg.slogdet(s)[1], axis=1))
+        total -= 0.5 * np.sum(nis_of(value, s) + np.linalg.slogdet(s)[1], axis=1)
     return total
 
 
@@ -107,6 +107,42 @@ def maximum(replay: Replay, start: Array, low: Array, high: Array, progress: Cal
     value, _, fisher, innovations = search.at(best)
     at_best = [Series(s.sensor, s.time, s.row, s.value[:1], s.covariance[:1]) for s in innovations]
     return Maximum(best, value, sigma_of(fisher), at_best, search.count)
+
+
+OUTLIER = 1e-4
+"""Probability of a correct measurement beyond which one is an outlier."""
+
+_ROUNDS = 4
+"""Most fits with fresh outliers left out."""
+
+WIDE = math.log(100.0) / (2.0 * 1.96)
+"""1σ of the logarithm from which the data cannot tell a noise: its 95 % interval spans a factor of a hundred."""
+
+
+def drop_outliers(dropped: Mapping[str, NDArray[np.bool_]], innovations: Sequence[Series]) -> bool:
+    """Leave out measurements that are too far off for chance, by sensor; return whether there are new ones."""
+    fresh = False
+    for series in innovations:
+        nis = nis_of(series.value, series.covariance)[0]
+        far, expected = nis > scipy.special.chdtri(series.value.shape[2], OUTLIER), OUTLIER * len(nis)
+        if np.count_nonzero(far) > expected + 3.0 * math.sqrt(expected) + 1.0:
+            dropped[series.sensor][series.row[far]] = fresh = True
+    return fresh
+
+
+def maximum_without_outliers(
+    replay: Replay, dropped: Mapping[str, NDArray[np.bool_]], start: Array, low: Array, high: Array,
+    progress: Callable[[int], None] = lambda _: None,
+) -> Maximum:  # fmt: skip
+    """Return the maximum of the likelihood as `maximum`, with a replay that leaves out what is dropped, by sensor;
+    outliers are dropped, and the rest is fitted again."""
+    steps = 0
+    for last in (*[False] * (_ROUNDS - 1), True):
+        best = maximum(replay, start, low, high, progress)
+        steps, start = steps + best.steps, best.x
+        if last or not drop_outliers(dropped, best.innovations):
+            break
+    return replace(best, steps=steps)
 
 
 def sigma_of(fisher: Array) -> Array:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from sinssim.analyses.filter_tuning.linear_replay import Series
-from sinssim.analyses.filter_tuning.maximum_likelihood import log_likelihood, maximum, sigma_of
 from sinssim.data import Array
+from sinssim.estimation.linear_replay import Series
+from sinssim.estimation.maximum_likelihood import log_likelihood, maximum, sigma_of
 
 COUNT = 400
 WIDE = np.full(2, 9.0)
