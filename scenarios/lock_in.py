@@ -20,6 +20,7 @@ from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
+from support.lock_in_equation import Randomised, angle_error, turnarounds
 
 from sinssim.charts import Axis, Band, Chart, Charts, Dots, Line, Mark, Rule
 from sinssim.exhibits import Column, Exhibits, Section, Sentence, Table
@@ -28,7 +29,6 @@ from sinssim.recording.figures import figure_of, save
 from sinssim.recording.page import page_of
 from sinssim.recording.rerun.exhibit_recording import markdown, record
 from sinssim.sensors.imu.laser_gyro import LaserGyro
-from sinssim.sensors.imu.lock_in import Randomised, angle_error, turnarounds
 from sinssim.system.files import write_text
 from sinssim.units import ARCSEC, DEG, DEG_SQRT_H, fixed
 

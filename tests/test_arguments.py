@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import sinssim
+from scenarios.support.lock_in_equation import angle_error, turnarounds
 from sinssim import alignment, rotation
 from sinssim.arguments import POSITIVE, check_kind, names, number, numbers, vector
 from sinssim.data import ImuData
@@ -20,7 +21,6 @@ from sinssim.rotation import quaternions
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.laser_gyro import LaserGyro
-from sinssim.sensors.imu.lock_in import angle_error, turnarounds
 from sinssim.sensors.sets.single_sensors import cube, emulate_accelerometers, gyro_free_increments
 from sinssim.strapdown.frames import level
 from sinssim.truth.motions.parked_and_great_circle import Parked

@@ -41,7 +41,7 @@ from sinssim.logs.increments import made_increments
 from sinssim.logs.numeric_columns import bad_row
 from sinssim.logs.recorded_log import _check_scale
 from sinssim.logs.recorded_streams import InertialStream
-from sinssim.logs.track_preparation import track_format
+from sinssim.logs.track import track_format
 from sinssim.recording.rerun.viewer import _is_timed
 from sinssim.scenario import load_scenario
 from sinssim.scenario.load import parse_value

@@ -14,7 +14,7 @@ from pydantic import BaseModel
 
 from sinssim.content import find_content, package_content
 from sinssim.logs.log_settings import Log
-from sinssim.logs.track_motion import Track
+from sinssim.logs.track import Track
 from sinssim.scenario.notes import (
     barometer_of_the_day,
     coarse_rates,

@@ -15,7 +15,7 @@ from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import normal
 from sinssim.errors import InputError, warn
 from sinssim.frames import FRAME_REGISTRY
-from sinssim.logs.track_motion import Track
+from sinssim.logs.track import Track
 from sinssim.scenario.tables import Tables
 from sinssim.strapdown.mechanization import RADIUS, distance_from_pole, nearest_allowed, route_pole, sentence, too_near
 from sinssim.system.process import machine_memory

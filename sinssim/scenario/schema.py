@@ -14,7 +14,7 @@ import tomli_w
 
 from sinssim.errors import InputError, shortened
 from sinssim.logs.log_settings import Log
-from sinssim.logs.track_motion import Track
+from sinssim.logs.track import Track
 from sinssim.scenario.dependencies import DEPENDENCIES
 from sinssim.scenario.tables import AnyClosedForm, Tables
 from sinssim.system.short_repr import html_lines

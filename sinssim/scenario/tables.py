@@ -32,7 +32,7 @@ from sinssim.algorithms import PLATFORM
 from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.errors import InputError, shortened
 from sinssim.logs.log_settings import Log
-from sinssim.logs.track_motion import Track
+from sinssim.logs.track import Track
 from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.scenario.filter_section import AidingSection, FilterSection, FurtherFilter
 from sinssim.scenario.navigation_section import NavigationSection, NavigatorSection

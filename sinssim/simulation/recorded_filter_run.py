@@ -1,10 +1,12 @@
 """Runs a scenario's filter on recorded sensors, and compares the estimate with a reference if there is one.
 
-The reference takes the place of a true motion, from which further aiding sensors are emulated beside recorded ones.
+The reference takes the place of a true motion, from which further aiding sensors are emulated beside recorded ones. The
+errors in outages of recorded fixes are those of a pass without their readings.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, cast
@@ -12,6 +14,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sinssim import earth
 from sinssim.alignment.initial_conditions import RecordedStart, recorded_start
 from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
@@ -35,6 +38,7 @@ from sinssim.truth.sampling import Channel, FlightEvent
 from sinssim.units import ARCMIN
 
 if TYPE_CHECKING:
+    from sinssim.logs.recorded_streams import FixStream
     from sinssim.scenario import Scenario
     from sinssim.truth.trajectory import Trajectory
 
@@ -312,3 +316,103 @@ def as_reference(name: str, solution: NavSolution) -> Reference:
     """Return a solution in the form of a reference, with which others are compared."""
     s = solution
     return Reference(name, s.time, s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb)
+
+
+OutageErrors = dict[str, float]
+"""The times of an outage, the errors at its end and the filter's 1σ by key; NaN where unknown. Its number of the pass
+is there if there are several."""
+
+
+def outage_reference(prepared: Prepared) -> Reference | None:
+    """Return what the outages are judged by."""
+    log, section = prepared.log, prepared.scenario.log
+    assert section is not None
+    if log.reference is not None or log.fixes is None or section.gnss is None:
+        return log.reference
+    f, arm = log.fixes, section.gnss.lever_arm_m
+    return Reference("the withheld fixes", f.time, f.latitude, f.longitude, f.height, lever_arm=arm)
+
+
+def outage_pass(imu: ImuData, prepared: Prepared, start: Start, spans: tuple[tuple[float, float], ...]) -> Estimate:
+    """Run the filter once more from its start, without the satellites of some spans."""
+    from sinssim.logs.recorded_log import gnss_readings
+
+    log, section, settings = prepared.log, prepared.scenario.log, prepared.scenario.filter
+    assert section is not None
+    assert section.gnss is not None
+    assert log.fixes is not None
+    assert settings is not None
+    without = gnss_readings(log.fixes, section.gnss, spans)
+    kinds = {sensor.measurements.label for sensor in without}
+    others = (sensor for sensor in log.sensed if sensor.measurements.label not in kinds)
+    once = settings.model_copy(update={"backward": False})  # outages are judged forwards, and smoothed
+    scenario = prepared.scenario.model_copy(update={"filter": once})
+    changed = replace(prepared, scenario=scenario, log=replace(log, sensed=(*without, *others), outages=spans))
+    return aid_recorded(changed, imu, start, history=settings.smooth)
+
+
+def outage_errors(
+    estimate: Estimate, error: NavError, smoothed: NavError | None, outages: Sequence[tuple[float, float]]
+) -> list[OutageErrors]:
+    """Return the errors at the end of each outage.
+
+    Args:
+        error: its differences from the reference, or from the withheld fixes, at the filter's epochs.
+        smoothed: the same of the smoothed solution, if there is one.
+        outages: beginning and end of each, s.
+
+    Returns:
+        For every outage its times, the horizontal and height error and the velocity error of the filter at the last
+        known instant, its own 1σ of the horizontal position there, and the largest horizontal error of the smoothed
+        solution within it.
+    """
+    rows = []
+    for begin, end in outages:
+        during = (error.time > begin) & (error.time <= end + 1e-9)
+        known = np.flatnonzero(during & np.isfinite(error.position_ned).all(axis=1))
+        if not len(known):
+            continue
+        k = int(known[-1])
+        row: OutageErrors = {
+            "from_s": float(begin),
+            "to_s": float(end),
+            "at_s": float(error.time[k]),
+            "horizontal_error_m": float(error.horizontal[k]),
+            "height_error_m": float(error.height[k]),
+            "velocity_error_mps": float(error.speed[k]),
+            "horizontal_sigma_m": float(np.hypot(*estimate.sigma[k, :2])),
+        }
+        if smoothed is not None:
+            inside = (smoothed.time > begin) & (smoothed.time <= end + 1e-9)
+            values = smoothed.horizontal[inside]
+            values = values[np.isfinite(values)]
+            row["smoothed_max_horizontal_error_m"] = float(values.max()) if len(values) else math.nan
+        rows.append(row)
+    return rows
+
+
+STRAIGHT_S = 2.0  # s; velocity by the fixes alone: two intervals of a receiver with one fix a second, or a longer one
+
+
+def straight_line_error(fixes: FixStream, begin: float, at: float) -> float:
+    """Return the horizontal distance of a withheld fix from the straight line through the last fixes before, m.
+
+    Args:
+        begin: beginning of the outage, s.
+        at: time of the withheld fix, s.
+
+    Returns:
+        The distance; NaN with fewer than two fixes in the seconds before the outage.
+    """
+    known = np.isfinite(fixes.latitude) & np.isfinite(fixes.longitude)
+    time, latitude, longitude = fixes.time[known], fixes.latitude[known], fixes.longitude[known]
+    withheld = int(np.argmin(np.abs(time - at)))
+    interval = float(np.median(np.diff(time)))
+    before = np.flatnonzero((time <= begin) & (time > begin - max(STRAIGHT_S, interval) - 0.5 * interval))
+    if len(before) < 2 or before[-1] >= withheld:
+        return math.nan
+    first, last = int(before[0]), int(before[-1])
+    ahead = (time[withheld] - time[last]) / (time[last] - time[first])
+    r1, r2 = earth.radii(latitude[last])
+    north, east = ((x[withheld] - x[last]) - ahead * (x[last] - x[first]) for x in (latitude, np.unwrap(longitude)))
+    return math.hypot(float(r1) * north, float(r2) * math.cos(latitude[last]) * east)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from sinssim.units import DEG, DEG_H, G0
 from tests.extending.pages import Copy, read_page
+
+WRITE_FIELDS = Path(__file__).parents[1] / "sensors" / "imu" / "write_fields.py"
 
 AIM = 3
 """Files of the package that a new term may touch."""
@@ -81,7 +84,7 @@ print(json.dumps(found))
 def copy(tmp_path_factory):
     made = Copy(tmp_path_factory.mktemp("page"))
     made.apply(read_page("gyro-error-term"))
-    made.run('import runpy; runpy.run_module("sinssim.sensors.imu.write_fields", run_name="__main__")')
+    made.run(f'import runpy; runpy.run_path({str(WRITE_FIELDS)!r}, run_name="__main__")')
     return made
 
 

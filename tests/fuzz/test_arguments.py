@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import sinssim
+from scenarios.support.lock_in_equation import angle_error, turnarounds
 from scenarios.support.swaying import Sway, Swaying
 from sinssim import alignment, earth, rotation
 from sinssim.analyses.noise.allan_deviation import allan_deviation
@@ -24,7 +25,6 @@ from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.compensation import compensate
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.laser_gyro import LaserGyro
-from sinssim.sensors.imu.lock_in import angle_error, turnarounds
 from sinssim.sensors.sets.single_sensors import cube, emulate_accelerometers, gyro_free_increments
 from sinssim.strapdown.one_component_system import gyro_error, simulate
 from sinssim.truth.curve import Curve

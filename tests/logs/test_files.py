@@ -12,11 +12,10 @@ import pytest
 
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError
-from sinssim.logs import track_preparation
+from sinssim.logs import track as track_file
 from sinssim.logs.formats.registry import FORMATS, Format
 from sinssim.logs.recorded_streams import Clock, FixStream, SolutionStream, Streams
-from sinssim.logs.track_motion import Track
-from sinssim.logs.track_preparation import _filled, read_samples
+from sinssim.logs.track import Track, _filled, read_samples
 from sinssim.system.registries import Entry
 from sinssim.truth.track.knots import TrackOptions, knots_of_samples
 from sinssim.truth.track.track_samples import TrackSamples, checked_samples
@@ -156,8 +155,8 @@ def test_a_path_without_times_and_with_missing_heights(monkeypatch: pytest.Monke
                        [7.0 + 2.0 * step, 0.0, 40.0], [7.0 + 3.0 * step, 0.0, 60.0]])  # fmt: skip
     points[2, 2] = np.nan
     paths = SimpleNamespace(read_path=lambda path: points)
-    monkeypatch.setattr(track_preparation, "format_of", lambda kind: paths)
-    found = track_preparation._travelled(Path("way.kml"), "kml", 5.0, WGS84)
+    monkeypatch.setattr(track_file, "format_of", lambda kind: paths)
+    found = track_file._travelled(Path("way.kml"), "kml", 5.0, WGS84)
     # heights by number: 10, 20, 30, 40, 60 m; the second and third are apart by 10 m, so that both remain
     legs = [np.hypot(30.0, 10.0), 10.0, np.hypot(30.0, 10.0), np.hypot(30.0, 20.0)]
     assert found.time[-1] == pytest.approx(sum(legs) / 5.0, rel=1e-5)
@@ -169,7 +168,7 @@ def test_a_path_without_times_and_with_missing_heights(monkeypatch: pytest.Monke
         "2 of 5 points have no height; it is interpolated, or 0 m.",
     )
     points[:, 2] = np.nan
-    flat = track_preparation._travelled(Path("way.kml"), "kml", 5.0, WGS84)
+    flat = track_file._travelled(Path("way.kml"), "kml", 5.0, WGS84)
     assert flat.time[-1] == pytest.approx(18.0, rel=1e-6)
     assert flat.height.tolist() == [0.0] * len(flat)
     assert flat.notes[1:] == (

@@ -12,7 +12,7 @@ from sinssim.earth.harmonic_coefficients import read_icgem
 from sinssim.errors import InputError, RunError, SinssimError, printable
 from sinssim.logs.formats.registry import FORMATS, read_file
 from sinssim.logs.imu_samples import read_log
-from sinssim.logs.track_preparation import track_format
+from sinssim.logs.track import track_format
 
 _MOST = 6100  # characters of a message, with the word that some are left out
 _ESCAPE = b"\x1b[31m\x1b]0;title\x07\x08\x7f"

@@ -15,6 +15,7 @@ from sinssim.experiments.run.execute import RunMedia, about, keep
 from sinssim.experiments.run.parts import judged_outages
 from sinssim.experiments.run.run_result import Run
 from sinssim.recording.result import RunDirectory
+from sinssim.simulation import recorded_filter_run
 from sinssim.simulation.navigation_stage import aid, best_reference
 from sinssim.simulation.truth_and_sensors import RecordedMotion, Stages, _heights, sense_recorded
 from sinssim.strapdown.navigation_error import NavError
@@ -167,12 +168,15 @@ def test_outages_of_a_run_and_of_further_passes(monkeypatch: pytest.MonkeyPatch)
     errors = {"own": ERROR, "other": double, "smooth": ERROR}
     reference = SimpleNamespace(name="r", error_of=lambda solution: errors[solution])
     passed = []
-    monkeypatch.setattr(judged_outages, "outage_pass", lambda sensed, prepared, spans: passed.append(spans) or other)
+    monkeypatch.setattr(judged_outages, "recorded_start", lambda scenario, sensed: "start")
+    monkeypatch.setattr(
+        recorded_filter_run, "outage_pass", lambda *given: passed.append((given[0], *given[2:])) or other
+    )
     aided: Any = SimpleNamespace(estimate=estimate)
 
     def judged() -> Any:
         motion = RecordedMotion(SimpleNamespace(log=log, scenario=SimpleNamespace(log="log")), None)  # type: ignore[arg-type]
-        run: Any = SimpleNamespace(truth=motion, sensed=None)
+        run: Any = SimpleNamespace(truth=motion, sensed=SimpleNamespace(imu="imu"))
         return judged_outages.Outages(run, aided).judged
 
     log = SimpleNamespace(outages=((5.5, 8.0),), passes=(), reference=reference, fixes=None)
@@ -189,7 +193,7 @@ def test_outages_of_a_run_and_of_further_passes(monkeypatch: pytest.MonkeyPatch)
     assert (growth[0].tolist(), growth[1].tolist()) == ([0.5, 2.5], [13.0, 17.0])
     log.passes = (((5.0, 6.0),), ((5.5, 8.0), (8.0, 9.0)))
     found = judged()
-    assert passed == list(log.passes)
+    assert passed == [("imu", "start", spans) for spans in log.passes]
     shown = [(one["pass"], one["horizontal_error_m"], one["horizontal_sigma_m"]) for one in found.numbers["each"]]
     assert shown == [(1, 26.0, 20.0), (2, 34.0, 30.0), (2, pytest.approx(2.0), 40.0)]
     assert [one["smoothed_max_horizontal_error_m"] for one in found.numbers["each"]] == pytest.approx([13.0, 17.0, 1.0])
@@ -207,14 +211,14 @@ def test_withheld_fixes_judge_outages_if_there_is_no_reference() -> None:
     own = SimpleNamespace(log=SimpleNamespace(gnss=gnss))
     fixes = SimpleNamespace(time=np.array([5.0, 6.0]), latitude=np.array([0.1, 0.2]), longitude=np.array([0.3, 0.5]),
                             height=np.array([7.0, 9.0]))  # fmt: skip
-    found = judged_outages.outage_reference(
+    found = recorded_filter_run.outage_reference(
         SimpleNamespace(scenario=own, log=SimpleNamespace(reference=None, fixes=fixes))
     )
     assert (found.name, found.lever_arm) == ("the withheld fixes", (0.5, -1.5, 2.5))
     for name in ("time", "latitude", "longitude", "height"):
         np.testing.assert_array_equal(getattr(found, name), getattr(fixes, name))
     given = SimpleNamespace(scenario=own, log=SimpleNamespace(reference="r", fixes=fixes))
-    assert judged_outages.outage_reference(given) == "r"
+    assert recorded_filter_run.outage_reference(given) == "r"
 
 
 def test_the_known_errors_of_a_unit_are_those_given_as_numbers(monkeypatch: pytest.MonkeyPatch) -> None:

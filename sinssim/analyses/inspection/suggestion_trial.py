@@ -260,8 +260,14 @@ def _robust_size(innovations: Sequence[Innovations], kind: str) -> float:
 def _outcome(scenario: Scenario, log: RecordedLog | None) -> tuple[Outcome | None, RecordedLog]:
     """Return what outages show of a scenario, None if there is none, and the log, which may be given."""
     from sinssim.logs.log_settings import Outages
-    from sinssim.simulation.outage_errors import outage_errors, outage_pass, outage_reference, straight_line_error
-    from sinssim.simulation.recorded_filter_run import prepare
+    from sinssim.simulation.navigation_stage import recorded_start
+    from sinssim.simulation.recorded_filter_run import (
+        outage_errors,
+        outage_pass,
+        outage_reference,
+        prepare,
+        straight_line_error,
+    )
     from sinssim.simulation.truth_and_sensors import RecordedMotion, sense_recorded
 
     prepared = prepare(scenario, log)
@@ -276,7 +282,7 @@ def _outcome(scenario: Scenario, log: RecordedLog | None) -> tuple[Outcome | Non
     for number in range(_PASSES):
         regular = Outages(length_s=OUTAGE_S, every_s=EVERY_S, first_s=start + EVERY_S + number * OUTAGE_S)
         spans = regular.spans(start, end)
-        estimate = outage_pass(sensed, prepared, spans)
+        estimate = outage_pass(sensed.imu, prepared, recorded_start(prepared.scenario, sensed), spans)
         error = reference.error_of(estimate.solution)
         known = np.isfinite(error.horizontal)
         for row in outage_errors(estimate, error, None, spans):

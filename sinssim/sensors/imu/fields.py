@@ -1,6 +1,6 @@
 """The fields that follow from the table of terms: the errors of a triad, and the keys of error terms.
 
-This file is written by `python -m sinssim.sensors.imu.write_fields`; edit
+This file is written by `python -m tests.sensors.imu.write_fields`; edit
 `sinssim/sensors/imu/error_term_table.py` instead.
 """
 

@@ -17,7 +17,7 @@ from sinssim.analyses.inspection.suggestion_trial import Outcome, Trial, _moving
 from sinssim.errors import SinssimError
 from sinssim.estimation.filter_result import Innovations
 from sinssim.progress import silent
-from sinssim.simulation import outage_errors, recorded_filter_run, truth_and_sensors
+from sinssim.simulation import navigation_stage, recorded_filter_run, truth_and_sensors
 from sinssim.simulation.recorded_filter_run import Prepared
 from tests.analyses.inspection import worlds
 
@@ -286,11 +286,15 @@ def test_what_outages_show(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(recorded_filter_run, "prepare", lambda *given: asked.append(given) or prepared)
     error = SimpleNamespace(time=np.array([125.0, 130.0, 134.0, 150.0]), horizontal=np.array([1.0, 3.0, np.nan, 7.0]))
     reference = SimpleNamespace(error_of=lambda solution: error)
-    monkeypatch.setattr(outage_errors, "outage_reference", lambda of: asked.append(of.log.reference) or reference)
-    monkeypatch.setattr(truth_and_sensors, "sense_recorded", lambda scenario, motion: (scenario, motion.reference))
+    monkeypatch.setattr(recorded_filter_run, "outage_reference", lambda of: asked.append(of.log.reference) or reference)
+    monkeypatch.setattr(truth_and_sensors, "sense_recorded", lambda *given: SimpleNamespace(imu=given))
 
-    def passed(sensed: Any, of: Any, spans: Any) -> Any:
-        asked.append((sensed, spans))
+    monkeypatch.setattr(navigation_stage, "recorded_start", lambda scenario, sensed: (scenario, "start"))
+
+    def passed(imu: Any, of: Any, start: Any, spans: Any) -> Any:
+        assert start == ("scenario", "start")
+        scenario, motion = imu
+        asked.append(((scenario, motion.reference), spans))
         some = [SimpleNamespace(kind="gnss-position", accepted=np.array([True, True, False, True]))]
         return SimpleNamespace(
             solution=None, time=np.array([151.0 if spans[0][0] < 135.0 else 165.0]), innovations=some
@@ -301,10 +305,10 @@ def test_what_outages_show(monkeypatch: pytest.MonkeyPatch) -> None:
             if end < estimate.time[-1]:
                 yield {"from_s": begin, "at_s": end, "horizontal_error_m": begin - 100.0, "horizontal_sigma_m": 2.0}
 
-    monkeypatch.setattr(outage_errors, "outage_pass", passed)
-    monkeypatch.setattr(outage_errors, "outage_errors", errors)
+    monkeypatch.setattr(recorded_filter_run, "outage_pass", passed)
+    monkeypatch.setattr(recorded_filter_run, "outage_errors", errors)
     line = {130.0: 50.0, 135.0: np.nan, 150.0: 70.0, 155.0: 90.0}
-    monkeypatch.setattr(outage_errors, "straight_line_error", lambda fixes, begin, end: line[begin] + end - begin)
+    monkeypatch.setattr(recorded_filter_run, "straight_line_error", lambda fixes, begin, end: line[begin] + end - begin)
     monkeypatch.setattr(suggestion_trial, "_robust_size", lambda some, kind: {"gnss-position": 0.3}.get(kind, 0.7))
     found, kept = suggestion_trial._outcome("scenario", None)  # type: ignore[arg-type]
     assert kept is log

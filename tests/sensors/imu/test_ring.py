@@ -10,15 +10,15 @@ from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 from scipy.special import wofz
 
+from scenarios.support import lock_in_equation
+from scenarios.support.lock_in_equation import angle_error, turnarounds
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.sensors import TriadErrors, draw
-from sinssim.sensors.imu import lock_in
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.imu_errors import WarmUp
 from sinssim.sensors.imu.laser_gyro import LaserGyro, detuning, null_shift, path_change
-from sinssim.sensors.imu.lock_in import angle_error, turnarounds
 from tests.slow import slow
 
 DEG = np.pi / 180.0
@@ -283,7 +283,7 @@ def test_steps_are_as_long_as_asked_and_as_many_as_bearable(monkeypatch: pytest.
     at = np.array([0.0, 2e-6, -1e-6, 1e-6])
     swing = 1.0 / 800.0
     fastest = np.pi / 2.0 * 3e-6 / swing + 2e-3 + g.lock_in
-    monkeypatch.setattr(lock_in, "_MOST_STEPS", 300.0)
+    monkeypatch.setattr(lock_in_equation, "_MOST_STEPS", 300.0)
     step = 3.0 * g.scale * fastest * swing / 300.0  # 100 a swing
     angle_error(g, -2e-3, at, step=1.000001 * step)
     with pytest.raises(InputError, match="needs more than 300 steps over 3 swings") as found:

@@ -8,10 +8,10 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from sinssim.sensors.imu import write_fields
 from sinssim.sensors.imu.datasheet_units import to_si
 from sinssim.sensors.imu.error_term_table import FIELDS, SLOTS, TERMS
 from sinssim.sensors.imu.fields import TriadErrors
+from tests.sensors.imu import write_fields
 
 _DEG = math.pi / 180.0
 _G = 9.80665
@@ -164,7 +164,7 @@ def test_what_the_fields_are() -> None:
 
 
 def test_the_fields_that_are_written_out_are_those_of_the_table() -> None:
-    """`python -m sinssim.sensors.imu.write_fields` writes them."""
+    """`python -m tests.sensors.imu.write_fields` writes them."""
     assert write_fields.FILE.read_text(encoding="utf-8") == write_fields.text()
     written = {field.name: field for field in fields(TriadErrors)}
     assert list(written) == list(SLOTS)

@@ -11,9 +11,8 @@ import pytest
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.earth.geodetic_coordinates import ecef_to_geodetic
 from sinssim.errors import InputError
-from sinssim.logs import track_preparation
-from sinssim.logs.track_motion import Track
-from sinssim.logs.track_preparation import _options
+from sinssim.logs import track as track_file
+from sinssim.logs.track import Track, _options
 from sinssim.truth.motion import NORMAL_EARTH
 from sinssim.truth.track import knots as module
 from sinssim.truth.track.knots import TrackOptions, knots_of_samples
@@ -198,7 +197,7 @@ def test_events_of_a_plan_are_at_its_waypoints() -> None:
 
 def test_a_route_that_takes_too_long(monkeypatch: pytest.MonkeyPatch) -> None:
     """111.3 km of the equator at 10 m/s on a knot each tenth of a second."""
-    monkeypatch.setattr(track_preparation, "_MOST_KNOTS", 100_000)
+    monkeypatch.setattr(track_file, "_MOST_KNOTS", 100_000)
     section = Track(vehicle="land", waypoints=(
         Waypoint(latitude_deg=0.0, longitude_deg=20.0, speed_mps=10.0), Waypoint(latitude_deg=0.0, longitude_deg=21.0),
     ))  # fmt: skip

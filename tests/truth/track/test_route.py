@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.earth.geodetic_coordinates import ecef_to_geodetic
 from sinssim.errors import InputError
-from sinssim.logs.track_motion import Track
+from sinssim.logs.track import Track
 from sinssim.truth.motion import NORMAL_EARTH
 from sinssim.truth.track.planned_route import Route, Timetable, _stepped
 from sinssim.truth.track.route_waypoint import Corner, Waypoint, integrated_step7

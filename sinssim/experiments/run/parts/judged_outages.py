@@ -15,20 +15,13 @@ from sinssim.data import Array
 from sinssim.exhibits import Beside, Column, Item, Sentence, Table
 from sinssim.experiments.run.run_result import Part
 from sinssim.formatting import number_text, signed
-from sinssim.simulation.navigation_stage import Navigated
-from sinssim.simulation.outage_errors import (
-    STRAIGHT_S,
-    OutageErrors,
-    outage_errors,
-    outage_pass,
-    outage_reference,
-    straight_line_error,
-)
+from sinssim.simulation.navigation_stage import Navigated, recorded_start
 from sinssim.simulation.truth_and_sensors import RecordedMotion
 from sinssim.units import fixed
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.summary_types import ErrorNumbers
+    from sinssim.simulation.recorded_filter_run import OutageErrors
 
 
 _LISTED = 15
@@ -87,22 +80,27 @@ class Outages(Part[OutageNumbers]):
 
         They are those of the run's own outages, or of each further pass, which is computed here.
         """
+        from sinssim.simulation import recorded_filter_run as filtered  # which needs filterpy
+
         motion, aided = self.run.truth, self.aided
         assert isinstance(motion, RecordedMotion)
         assert aided is not None
         prepared, log = motion.prepared, motion.prepared.log
-        reference = outage_reference(prepared)
+        reference = filtered.outage_reference(prepared)
         if reference is None:
             return JudgedOutages({"each": []}, ())
         outages, growth = [], []
         for number, spans in enumerate(log.passes or (log.outages,), start=1):
-            estimate = outage_pass(self.run.sensed, prepared, spans) if log.passes else aided.estimate
+            estimate = aided.estimate
+            if log.passes:
+                start = recorded_start(prepared.scenario, self.run.sensed)
+                estimate = filtered.outage_pass(self.run.sensed.imu, prepared, start, spans)
             error = reference.error_of(estimate.solution)
             smoothed = None if estimate.smoothed is None else reference.error_of(estimate.smoothed.solution)
-            of_pass = outage_errors(estimate, error, smoothed, spans)
+            of_pass = filtered.outage_errors(estimate, error, smoothed, spans)
             for outage in of_pass:
                 if log.reference is None and log.fixes is not None:
-                    outage[_ALONE] = straight_line_error(log.fixes, outage["from_s"], outage["at_s"])
+                    outage[_ALONE] = filtered.straight_line_error(log.fixes, outage["from_s"], outage["at_s"])
                 if log.passes:
                     outage["pass"] = number
                 rows = (error.time >= outage["from_s"]) & (error.time <= outage["to_s"] + 1e-9)
@@ -199,6 +197,8 @@ def _share(outages: Sequence[OutageErrors], percent: float) -> dict[str, float]:
 
 def sentences(numbers: OutageNumbers) -> Iterator[str]:
     """Yield the result of the outages in a sentence."""
+    from sinssim.simulation.recorded_filter_run import STRAIGHT_S
+
     each = numbers["each"]
     if not each:
         yield "No outage could be evaluated: the reference is not known in any of them."

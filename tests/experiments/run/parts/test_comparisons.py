@@ -21,7 +21,7 @@ from sinssim.experiments.run.run_result import Part
 from sinssim.logs.recorded_streams import FixStream
 from sinssim.sensors.sets.fault_detection import Alarm, Monitored
 from sinssim.sensors.sets.sensor_readings import PlatformErrors
-from sinssim.simulation.outage_errors import outage_errors, straight_line_error
+from sinssim.simulation.recorded_filter_run import outage_errors, straight_line_error
 from sinssim.strapdown.navigation_error import NavError
 from tests.recording.test_summary import ERROR, NUMBERS
 

@@ -1,6 +1,6 @@
 """Writes `sinssim/sensors/imu/fields.py`, the fields that follow from the table of terms, so that editors show them.
 
-python -m sinssim.sensors.imu.write_fields
+python -m tests.sensors.imu.write_fields
 """
 
 from __future__ import annotations
@@ -9,15 +9,16 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
+from sinssim.sensors.imu import error_term_table
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import FIELDS, SLOTS, TERMS
 
-FILE = Path(__file__).with_name("fields.py")
+FILE = Path(error_term_table.__file__).with_name("fields.py")
 
 _WIDTH = 120
 _HEAD = '''"""The fields that follow from the table of terms: the errors of a triad, and the keys of error terms.
 
-This file is written by `python -m sinssim.sensors.imu.write_fields`; edit
+This file is written by `python -m tests.sensors.imu.write_fields`; edit
 `sinssim/sensors/imu/error_term_table.py` instead.
 """
 
