@@ -53,8 +53,7 @@ from sinssim.sensors.imu.laser_gyro import detuning, path_change
 from sinssim.sensors.sets.fault_detection import threshold
 from sinssim.simulation.foreign_navigator import VARIABLE, check_permission, check_programs
 from sinssim.statistics.random_numbers import key
-from sinssim.statistics.requirement_verdict import tally
-from sinssim.statistics.requirements import parse_requirement
+from sinssim.statistics.requirements import parse_requirement, tally
 from sinssim.strapdown.attitude import functional_iteration
 from sinssim.strapdown.mechanization import route_pole
 from sinssim.system.extensions import _kind_of, items_of

@@ -20,8 +20,7 @@ from typer.core import TyperGroup
 
 from sinssim import __version__
 from sinssim.cli import commands
-from sinssim.cli.options import COMMANDS, GIVEN
-from sinssim.cli.terminal import notes_of, standard_streams
+from sinssim.cli.command_line import COMMANDS, GIVEN, notes_of, standard_streams
 from sinssim.errors import InputError, SinssimError, SinssimWarning, shortened
 from sinssim.system.process import interruptible
 

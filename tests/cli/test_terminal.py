@@ -8,8 +8,8 @@ import os
 import numba
 import pytest
 
-from sinssim.cli import terminal
-from sinssim.cli.terminal import console, has_bars, print_json, program_name
+from sinssim.cli import command_line
+from sinssim.cli.command_line import console, has_bars, print_json, program_name
 from sinssim.progress import shown
 from sinssim.simulation.truth_and_sensors import STAGES
 
@@ -80,7 +80,7 @@ def test_the_width_of_tables(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_json_is_readable_where_the_output_can_hold_it(capsys, monkeypatch) -> None:
     print_json({"σ": [1.5, None]})
     assert capsys.readouterr().out == '{\n  "σ": [\n    1.5,\n    null\n  ]\n}\n'
-    monkeypatch.setattr(terminal, "holds_everything", lambda stream: False)
+    monkeypatch.setattr(command_line, "holds_everything", lambda stream: False)
     print_json({"σ": 2})
     assert capsys.readouterr().out == '{\n  "\\u03c3": 2\n}\n'
 

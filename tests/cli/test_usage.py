@@ -11,7 +11,7 @@ import typer
 
 from sinssim.cli import main
 from sinssim.cli.app import _warnings_as_lines, sentence
-from sinssim.cli.options import GIVEN, start_option
+from sinssim.cli.command_line import GIVEN, start_option
 from sinssim.errors import SinssimWarning
 
 

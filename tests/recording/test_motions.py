@@ -11,7 +11,7 @@ import pytest
 
 from sinssim.data import NavState
 from sinssim.errors import InputError
-from sinssim.experiments.run import plan_exhibits as plan
+from sinssim.experiments.run import motion_exhibits as plan
 from sinssim.experiments.run.error_exhibits import figure_charts
 from sinssim.recording.figures import figure_of
 from sinssim.recording.style import COLORS, colors, css

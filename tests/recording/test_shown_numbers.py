@@ -12,12 +12,11 @@ import pytest
 from sinssim.analyses.error_budget.budget_exhibits import lines_of
 from sinssim.analyses.error_budget.budget_result import Allowance, Answer
 from sinssim.experiments.run.filter_remedies import with_sigma
-from sinssim.experiments.run.plan_exhibits import expectation_numbers
 from sinssim.experiments.run.sensor_exhibits import platform_errors
 from sinssim.experiments.studies.step_cost import Cost, Operations
 from sinssim.experiments.studies.study_exhibits import _costs
 from sinssim.recording.page import parts_of
-from sinssim.sensors.error_propagation import expect
+from sinssim.sensors.error_propagation import expect, expectation_numbers
 from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.sets.sensor_readings import PlatformErrors
 from sinssim.statistics.requirements import parse_requirement

@@ -11,8 +11,8 @@ import pytest
 from sinssim.cli.commands.analyses import show_findings
 from sinssim.exhibits import Column, Table
 from sinssim.experiments.run import one_component_exhibits as one_component
-from sinssim.experiments.run import plan_exhibits as expectation
 from sinssim.recording.console import show_items
+from sinssim.sensors import error_propagation as expectation
 from sinssim.sensors.error_propagation import Contribution, Expectation, Term
 from sinssim.sensors.imu.imu import Imu
 from sinssim.units import LENGTH_SCALE

@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from sinssim.experiments.run import plan_exhibits as expectation
 from sinssim.experiments.run import run_comparison as runs
 from sinssim.experiments.run.finished_runs import Entry
 from sinssim.experiments.studies import study_exhibits as study
 from sinssim.recording.console import show, show_items
+from sinssim.sensors import error_propagation as expectation
 from sinssim.sensors.error_propagation import Contribution, Expectation, Term
 from sinssim.sensors.imu.imu import Imu
 from tests.recording.by_hand import printed
@@ -27,12 +27,12 @@ def test_runs_of_another_version(monkeypatch: pytest.MonkeyPatch) -> None:
     assert lines[-2:] == ["3 in here, 15 B.", "b was written by sinssim 0.7."]
 
 
-def test_keys_without_effect_on_an_expectation(monkeypatch: pytest.MonkeyPatch) -> None:
-    """They come after the class of the unit; asked for the duration."""
-    monkeypatch.setattr(expectation, "keys_without_effect", lambda section, end: [f"imu.x has no effect in {end:g} s."])
+def test_keys_without_effect_on_an_expectation() -> None:
+    """They come after the class of the unit."""
+    notes = ["imu.x has no effect in 1800 s."]
     terms = (Term("gyro_bias", 0.01, "deg/h", 5e-8, "rad/s", "bias"),)
     own = Expectation(Imu(grade="ideal"), 0.5, 1800.0, terms, (Contribution("bias", "at rest", 926.0),))
-    lines = printed(lambda console: show_items(expectation.expectation_exhibits(own), console))
+    lines = printed(lambda console: show_items(expectation.expectation_exhibits(own, notes), console))
     # 0.8326 · 926 m are 0.4163 nmi in half an hour
     assert lines[-2:] == [
         "Half of all runs end within 0.83 nmi per hour, which is called the class of a unit.",

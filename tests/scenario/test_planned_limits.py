@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.run.plan_exhibits import plan_charts
+from sinssim.experiments.run.motion_exhibits import plan_charts
 from sinssim.recording.figures import figure_of
 from sinssim.scenario import planned_limits
 from sinssim.scenario.load import load_scenario

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from sinssim.experiments.ensembles.ensemble_verdicts import verdict_text
-from sinssim.statistics.requirement_verdict import Exceeded, first_exceeded
-from sinssim.statistics.requirements import parse_requirement
+from sinssim.statistics.requirements import Exceeded, first_exceeded, parse_requirement
 from tests.statistics.verdicts import verdict
 
 _TIME = np.linspace(0.0, 2000.0, 201)

@@ -8,26 +8,24 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.statistics.requirement_verdict import (
-    Exceeded,
-    Verdict,
-    columns_of,
-    errors_of,
-    first_exceeded,
-    tally,
-    verdict_of,
-)
 from sinssim.statistics.requirements import (
     CIRCLES,
     COMPONENTS,
     QUANTITIES,
     SHARES,
+    Exceeded,
     Quantity,
     Requirement,
+    Verdict,
+    columns_of,
+    errors_of,
+    first_exceeded,
     parse_quantity,
     parse_requirement,
     parse_requirements,
     quantity_of,
+    tally,
+    verdict_of,
 )
 from tests.statistics.verdicts import verdict
 

@@ -7,8 +7,7 @@ import pytest
 from scipy import stats
 
 from sinssim.errors import InputError
-from sinssim.statistics.requirement_verdict import columns_of, errors_of, joined, tally, verdict_of
-from sinssim.statistics.requirements import parse_requirement
+from sinssim.statistics.requirements import columns_of, errors_of, joined, parse_requirement, tally, verdict_of
 from tests.statistics.verdicts import verdict
 
 _TIME = np.array([0.0, 1800.0, 3600.0])

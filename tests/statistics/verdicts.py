@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.statistics.requirement_verdict import CONFIDENCE, Verdict, tally, verdict_of
-from sinssim.statistics.requirements import Requirement
+from sinssim.statistics.requirements import CONFIDENCE, Requirement, Verdict, tally, verdict_of
 
 
 def verdict(

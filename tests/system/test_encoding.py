@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from sinssim.cli import app as cli
-from sinssim.cli.terminal import encode_everything, holds_everything
+from sinssim.cli.command_line import encode_everything, holds_everything
 from tests.fork import Fork
 from tests.slow import slow
 

@@ -33,7 +33,7 @@ from sinssim.recording.result import Json, Media, versions, write_shown
 from sinssim.recording.streams import Stream, Vector, write_table
 from sinssim.recording.track_map import NOTE, Spread, track_map
 from sinssim.scenario.plan_summary import named_places
-from sinssim.statistics import requirement_verdict
+from sinssim.statistics import requirements
 from sinssim.statistics.requirements import CIRCLES, COMPONENTS, Judged, limits_of
 from sinssim.system.files import write_text
 from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, NAUTICAL_MILE, SPEED_SCALE, Scale, fixed, suiting
@@ -458,7 +458,7 @@ def _allowance(allowance: Allowance, size: float) -> dict[str, Json]:
 
 def _answer(answer: Answer) -> dict[str, Json]:
     requirement, size = answer.requirement, answer.requirement.unit_size
-    certain = requirement_verdict.Verdict.certain(requirement, answer.value, answer.time, answer.exceeded)
+    certain = requirements.Verdict.certain(requirement, answer.value, answer.time, answer.exceeded)
     verdict = certain.in_unit
     return {
         "requirement": verdict.requirement,

@@ -23,14 +23,15 @@ from sinssim.errors import InputError, unknown_name
 from sinssim.recording.result import Media, Result
 from sinssim.recording.track_map import Track
 from sinssim.statistics.circular_error import radius_about_mean, share_inside
-from sinssim.statistics.requirement_verdict import Exceeded, first_exceeded
 from sinssim.statistics.requirements import (
     BY_PATH,
     COMPONENTS,
     MISS,
     SHARES,
+    Exceeded,
     Quantity,
     Requirement,
+    first_exceeded,
     parse_requirements,
 )
 from sinssim.system.short_repr import html_table, short_repr

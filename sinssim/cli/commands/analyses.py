@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from sinssim.cli.options import (
+from sinssim.cli.command_line import (
     ColumnsFile,
     Debug,
     FromTime,
@@ -21,13 +21,17 @@ from sinssim.cli.options import (
     Trial,
     Written,
     command,
+    console,
+    has_bars,
     out_option,
     overwrite_option,
     plot_option,
+    print_json,
+    print_places,
+    print_result,
     record_option,
     with_grade,
 )
-from sinssim.cli.terminal import console, has_bars, print_json, print_places, print_result
 from sinssim.progress import shown
 
 if TYPE_CHECKING:

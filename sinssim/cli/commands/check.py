@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sinssim.cli.options import Debug, GradeOption, Json, Settings, command, scenario_names, with_grade
-from sinssim.cli.terminal import print_json
+from sinssim.cli.command_line import Debug, GradeOption, Json, Settings, command, print_json, scenario_names, with_grade
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -75,7 +74,7 @@ def check(
         check_format(plot)
     plan = load_scenario(scenario, with_grade(settings, grade))
     if plot is not None and (plan.source.recorded or not plan.source.in_space):
-        from sinssim.experiments.run.plan_exhibits import plan_of
+        from sinssim.experiments.run.motion_exhibits import plan_of
 
         plan_of(plan)  # raises: there is no plan to draw
     if plan.source.recorded:
@@ -89,7 +88,7 @@ def check(
     else:
         print("\n".join(lines))
     if plot is not None:
-        from sinssim.experiments.run.plan_exhibits import plan_charts
+        from sinssim.experiments.run.motion_exhibits import plan_charts
         from sinssim.recording.figures import figure_of, save
 
         save(figure_of(plan_charts(plan)), plot)

@@ -11,8 +11,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from sinssim.cli.options import Debug, Json, Quiet, command
-from sinssim.cli.terminal import console, has_bars, print_json
+from sinssim.cli.command_line import Debug, Json, Quiet, command, console, has_bars, print_json
 from sinssim.errors import SinssimError
 
 
@@ -195,15 +194,16 @@ def sensors(
     data: dict[str, object] = {"grade": grade}
     overridden = {override(data, setting.removeprefix("imu.")) for setting in settings or ()}
     section = validate(Imu, data, "", f"sensors {grade}", overridden)
-    from sinssim.experiments.run.plan_exhibits import expectation_exhibits, expectation_numbers
     from sinssim.recording.console import show_items
-    from sinssim.sensors.error_propagation import expect
+    from sinssim.scenario.notes import keys_without_effect
+    from sinssim.sensors.error_propagation import expect, expectation_exhibits, expectation_numbers
 
     expectation = expect(section, math.radians(latitude))
     if as_json:
         print_json(expectation_numbers(expectation))
     else:
-        show_items(expectation_exhibits(expectation), console())
+        notes = keys_without_effect(section, expectation.duration)
+        show_items(expectation_exhibits(expectation, notes), console())
 
 
 @command

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from sinssim.cli.options import (
+from sinssim.cli.command_line import (
     Debug,
     Json,
     OutFolder,
@@ -22,11 +22,14 @@ from sinssim.cli.options import (
     RunFolder,
     Settings,
     command,
+    console,
+    has_bars,
+    print_json,
+    remarks,
     scenario_names,
     start_option,
     starts_programs,
 )
-from sinssim.cli.terminal import console, has_bars, print_json, remarks
 from sinssim.logs.formats.registry import WRITERS
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from sinssim.cli.options import (
+from sinssim.cli.command_line import (
     Debug,
     GradeOption,
     Json,
@@ -19,13 +19,19 @@ from sinssim.cli.options import (
     Settings,
     Trial,
     command,
+    console,
+    has_bars,
+    notes_of,
     overwrite_option,
+    print_json,
+    print_places,
+    program_name,
+    remarks,
     require_option,
     scenario_names,
     starts_programs,
     with_grade,
 )
-from sinssim.cli.terminal import console, has_bars, notes_of, print_json, print_places, program_name, remarks
 
 if TYPE_CHECKING:
     from sinssim.analyses.inspection.inspected_files import Suggestion

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sinssim.cli.options import (
+from sinssim.cli.command_line import (
     AtTimes,
     Debug,
     GradeOption,
@@ -18,14 +18,20 @@ from sinssim.cli.options import (
     ScenarioName,
     Settings,
     command,
+    console,
+    has_bars,
     out_option,
     overwrite_option,
+    print_json,
+    print_places,
+    print_result,
+    program_name,
+    remarks,
     require_option,
     starts_programs,
     threads_option,
     with_grade,
 )
-from sinssim.cli.terminal import console, has_bars, print_json, print_places, print_result, program_name, remarks
 
 if TYPE_CHECKING:
     from sinssim.experiments.studies.study_schema import Study

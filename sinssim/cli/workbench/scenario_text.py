@@ -78,7 +78,7 @@ def _checked(text: str, file: Path) -> dict[str, Any]:
 def plan_html(text: str, file: Path, width: float) -> str:
     """Return the plan of a sound scenario as HTML of a width, px: map, height and speed; "" if there is nothing to
     draw."""
-    from sinssim.experiments.run.plan_exhibits import plan_charts
+    from sinssim.experiments.run.motion_exhibits import plan_charts
     from sinssim.recording.svg_chart import html_of
 
     with _checking:

@@ -24,7 +24,7 @@ from sinssim.system.short_repr import html_table, short_repr
 
 if TYPE_CHECKING:
     from sinssim.experiments.ensembles.ensemble_plan import Plan
-    from sinssim.statistics.requirement_verdict import Verdict
+    from sinssim.statistics.requirements import Verdict
 
 
 @short_repr

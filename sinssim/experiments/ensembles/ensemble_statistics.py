@@ -24,7 +24,7 @@ from sinssim.scenario.plan_summary import own_files
 from sinssim.statistics.chi_square import extreme, share_inside
 from sinssim.statistics.circular_error import END, LINE, circle_radius, to_nmi_h
 from sinssim.statistics.percentiles import Percentile, cep, percentile, r95
-from sinssim.statistics.requirement_verdict import CONFIDENCE, Verdict
+from sinssim.statistics.requirements import CONFIDENCE, Verdict
 
 if TYPE_CHECKING:
     from sinssim.experiments.ensembles.ensemble_plan import Plan

@@ -19,8 +19,13 @@ from sinssim.simulation.path_errors import path_column
 from sinssim.statistics.chi_square import root_mean_square_band
 from sinssim.statistics.circular_error import to_nmi_h
 from sinssim.statistics.percentiles import percentile
-from sinssim.statistics.requirement_verdict import (
+from sinssim.statistics.requirements import (
+    BY_PATH,
     CONFIDENCE,
+    MISS,
+    SHARES,
+    Quantity,
+    Requirement,
     Tally,
     Verdict,
     columns_of,
@@ -29,7 +34,6 @@ from sinssim.statistics.requirement_verdict import (
     tally,
     verdict_of,
 )
-from sinssim.statistics.requirements import BY_PATH, MISS, SHARES, Quantity, Requirement
 from sinssim.statistics.requirements import COMPONENTS as QUANTITIES
 
 if TYPE_CHECKING:

@@ -26,8 +26,7 @@ from sinssim.recording import style
 from sinssim.recording.result import plain
 from sinssim.simulation.path_errors import misses, path_column, path_values, pieces_of
 from sinssim.simulation.truth_and_sensors import Truth
-from sinssim.statistics.requirement_verdict import Verdict, first_exceeded
-from sinssim.statistics.requirements import BY_PATH, CIRCLES, COMPONENTS, MISS
+from sinssim.statistics.requirements import BY_PATH, CIRCLES, COMPONENTS, MISS, Verdict, first_exceeded
 from sinssim.strapdown.navigation_error import NavError, known_error_numbers_of
 from sinssim.units import ANGLE_SCALE, HEIGHT_SCALE, LENGTH_SCALE, SPEED_SCALE, Scale, fixed, suiting
 

@@ -20,8 +20,7 @@ from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.true_motion import true_motion
 from sinssim.simulation.path_errors import check_path
-from sinssim.statistics.requirement_verdict import Verdict, VerdictInUnit
-from sinssim.statistics.requirements import COMPONENTS, SHARES, Quantity, quantity_of
+from sinssim.statistics.requirements import COMPONENTS, SHARES, Quantity, Verdict, VerdictInUnit, quantity_of
 from sinssim.system.short_repr import short_repr
 from sinssim.truth.flight.flight import flight_key
 from sinssim.units import NAUTICAL_MILE

@@ -42,7 +42,7 @@ from sinssim.recording.result import Media, plain
 from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.planned_limits import check_times, warn_of_limits
-from sinssim.statistics.requirement_verdict import VerdictInUnit
+from sinssim.statistics.requirements import VerdictInUnit
 from sinssim.system.files import MARK, remove
 
 if TYPE_CHECKING:

@@ -14,8 +14,7 @@ from scipy.stats import ncx2
 from sinssim.analyses.error_budget.budget_exhibits import BudgetMedia, _write_parquet, to_json
 from sinssim.analyses.error_budget.budget_result import Allowance, Answer, BudgetResult
 from sinssim.analyses.error_budget.error_sources import Source
-from sinssim.statistics.requirement_verdict import Exceeded
-from sinssim.statistics.requirements import parse_requirement
+from sinssim.statistics.requirements import Exceeded, parse_requirement
 
 TIME = np.array([10.0, 20.0, 40.0, 72.0])
 SOURCES = (

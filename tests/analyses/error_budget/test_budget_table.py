@@ -21,8 +21,7 @@ from sinssim.analyses.error_budget.budget_exhibits import (
 from sinssim.analyses.error_budget.budget_result import Allowance, Answer, PredictedMiss
 from sinssim.exhibits import Table, four_digits
 from sinssim.recording.console import show
-from sinssim.statistics.requirement_verdict import Exceeded
-from sinssim.statistics.requirements import parse_requirement
+from sinssim.statistics.requirements import Exceeded, parse_requirement
 from tests.recording.by_hand import CEP, R95, SOURCES, hand_budget, printed
 
 BIAS, GYRO, HEIGHT, WALK = SOURCES

@@ -136,19 +136,22 @@ def test_score(sinssim: Sinssim, put: Put, monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_sensors(sinssim: Sinssim, put: Put) -> None:
-    expected = put("sensors.error_propagation.expect", "result")
-    exhibits = put("experiments.run.plan_exhibits.expectation_exhibits", "exhibits")
-    numbers = put("experiments.run.plan_exhibits.expectation_numbers", SUMMARY)
+    result = SimpleNamespace(duration=1800.0)
+    expected = put("sensors.error_propagation.expect", result)
+    notes = put("scenario.notes.keys_without_effect", ["a note"])
+    exhibits = put("sensors.error_propagation.expectation_exhibits", "exhibits")
+    numbers = put("sensors.error_propagation.expectation_numbers", SUMMARY)
     shown = put("recording.console.show_items")
     assert sinssim("sensors", "tactical") == ""
     assert expected.args[1] == pytest.approx(pi / 4.0)
-    assert (exhibits.args, shown.args[0]) == (("result",), "exhibits")
+    assert (exhibits.args, shown.args[0]) == ((result, ["a note"]), "exhibits")
+    assert (notes.args[0].grade, notes.args[1]) == ("tactical", 1800.0)
     more = ("--latitude", -30, "--set", "imu.gyro_bias_sigma_deg_h=0.75", "--set", "rate_hz=40", "--json")
     assert json.loads(sinssim("sensors", "tactical", *more)) == SUMMARY
     section, latitude = expected.args
     assert (section.grade, section.rate_hz, latitude) == ("tactical", 40.0, pytest.approx(-pi / 6.0))
     assert section.gyro_bias_sigma_deg_h in (0.75, (0.75, 0.75, 0.75))
-    assert numbers.args == ("result",)
+    assert numbers.args == (result,)
 
 
 def test_view(sinssim: Sinssim, put: Put) -> None:
@@ -180,7 +183,7 @@ def test_list(sinssim: Sinssim, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_check(sinssim: Sinssim, put: Put) -> None:
     put("scenario.plan_summary.plan_lines", ["one", "two"])
     expected = put("scenario.planned_limits.expected_duration", 61.7)
-    drawn, saved = put("experiments.run.plan_exhibits.plan_charts"), put("recording.figures.save")
+    drawn, saved = put("experiments.run.motion_exhibits.plan_charts"), put("recording.figures.save")
     put("recording.figures.figure_of", "figure")
     assert sinssim("check", "parked", "--plot", "p.png") == "one\ntwo\nplot        p.png\n"
     assert (drawn.args[0].name, saved.args) == ("parked", ("figure", Path("p.png")))

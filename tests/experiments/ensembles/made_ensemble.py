@@ -20,8 +20,7 @@ from sinssim.experiments.ensembles.ensemble_statistics import (
     WorstTest,
 )
 from sinssim.statistics.percentiles import Percentile
-from sinssim.statistics.requirement_verdict import Verdict
-from sinssim.statistics.requirements import parse_requirement
+from sinssim.statistics.requirements import Verdict, parse_requirement
 
 TIME = np.array([100.0, 160.0, 400.0])
 ARCMIN = np.pi / 10_800.0

@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 
 from sinssim.experiments.ensembles.ensemble_verdicts import looks_text, requirement_lines, verdict_text
-from sinssim.statistics.requirement_verdict import Exceeded, Verdict
-from sinssim.statistics.requirements import parse_requirement
+from sinssim.statistics.requirements import Exceeded, Verdict, parse_requirement
 
 
 def judged(text: str, verdict: Any, value: float, time: float, more: int | None, exceeded: Any = None) -> Verdict:

@@ -13,7 +13,7 @@ import pytest
 from sinssim.errors import InputError
 from sinssim.experiments.studies.trade_cells import CellNumbers
 from sinssim.experiments.studies.trade_run import MANIFEST, TradeDirectory, _contents, _numbers
-from sinssim.statistics.requirement_verdict import VerdictInUnit
+from sinssim.statistics.requirements import VerdictInUnit
 from tests.experiments.studies.trade_examples import study
 
 NUMBERS = CellNumbers(

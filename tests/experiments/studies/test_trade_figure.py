@@ -18,8 +18,7 @@ from sinssim.experiments.studies.trade_run import TradeMedia
 from sinssim.experiments.studies.trade_schema import Axis
 from sinssim.recording.figures import figure_of
 from sinssim.recording.style import COLORS, css
-from sinssim.statistics.requirement_verdict import VerdictInUnit
-from sinssim.statistics.requirements import Quantity
+from sinssim.statistics.requirements import Quantity, VerdictInUnit
 from tests.experiments.studies.trade_examples import ACCEL, AXES, BIAS, GRADE, study
 from tests.slow import slow
 

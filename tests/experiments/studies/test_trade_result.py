@@ -22,8 +22,7 @@ from sinssim.experiments.studies.trade_result import (
 from sinssim.experiments.studies.trade_run import TradeMedia
 from sinssim.formatting import two_digits
 from sinssim.recording.rerun.exhibit_recording import markdown
-from sinssim.statistics.requirement_verdict import VerdictInUnit, Word
-from sinssim.statistics.requirements import Quantity
+from sinssim.statistics.requirements import Quantity, VerdictInUnit, Word
 from tests.experiments.studies.trade_examples import BIAS, GRADE, study
 
 R95 = (10.0, 20.0, 30.0, 40.0, float("nan"), 60.0)

@@ -18,7 +18,7 @@ from sinssim.experiments.studies.trade_cells import CellNumbers
 from sinssim.experiments.studies.trade_exhibits import write_trade
 from sinssim.experiments.studies.trade_run import TradeDirectory, _contents, _numbers, trade
 from sinssim.recording import figures
-from sinssim.statistics.requirement_verdict import VerdictInUnit
+from sinssim.statistics.requirements import VerdictInUnit
 from tests.experiments.studies.trade_examples import study
 from tests.experiments.studies.trades_by_hand import BIAS, RISING, UNITS, made
 

@@ -12,7 +12,7 @@ import numpy as np
 from sinssim.experiments.studies.trade_cells import CellNumbers, cells_of
 from sinssim.experiments.studies.trade_result import TradeResult
 from sinssim.experiments.studies.trade_run import TradeMedia
-from sinssim.statistics.requirement_verdict import VerdictInUnit
+from sinssim.statistics.requirements import VerdictInUnit
 from tests.experiments.studies.trade_examples import ACCEL, BIAS, GRADE, study
 
 SECOND = pi / 648_000.0
