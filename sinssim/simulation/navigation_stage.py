@@ -319,17 +319,18 @@ def _by_filter(scenario: Scenario, name: str, sensed: Sensed) -> NavSolution:
     assert alone.filter is not None  # as there are others
     if isinstance(motion := sensed.truth, RecordedMotion):
         sensed = replace(sensed, truth=replace(motion, prepared=replace(motion.prepared, scenario=alone)))
-    began = time.thread_time()
     if alone.filter.kind in SHIPPED:
         aided = aid(alone, sensed, history=False)
-        estimate = aided.estimate
+        estimate, seconds = aided.estimate, aided.seconds
         fields = {**vars(estimate.solution), "aided": aided, "sigma": estimate.sigma[:, :9]}
     else:
         from sinssim.simulation.project_filter import filtered_by_project
 
+        began = time.thread_time()
         solution, sigma = filtered_by_project(alone, sensed, first_state(alone, sensed.truth))
+        seconds = time.thread_time() - began
         fields = {**vars(solution), "sigma": sigma}
-    fields |= {"algorithm": name, "kind": alone.filter.kind, "seconds": time.thread_time() - began}
+    fields |= {"algorithm": name, "kind": alone.filter.kind, "seconds": seconds}
     return FilterSolution(**fields)
 
 
@@ -431,13 +432,15 @@ def aid(scenario: Scenario, sensed: Sensed, progress: Progress = silent, *, hist
     Returns:
         The aided solution with its errors, or its differences from the reference of recorded sensors.
     """
+    began = time.thread_time()
     if isinstance(sensed.truth, RecordedMotion):
-        return _aid_recorded(scenario, sensed, sensed.truth, progress, history)
+        aided = _aid_recorded(scenario, sensed, sensed.truth, progress, history)
+        return replace(aided, seconds=time.thread_time() - began)
 
     from sinssim.simulation.aided_run import aid_run
 
     assert sensed.errors is not None  # those of simulated sensors are known
-    return aid_run(
+    aided = aid_run(
         scenario,
         sensed.truth.trajectory,
         sensed.imu,
@@ -447,6 +450,7 @@ def aid(scenario: Scenario, sensed: Sensed, progress: Progress = silent, *, hist
         history=history,
         progress=progress,
     )
+    return replace(aided, seconds=time.thread_time() - began)
 
 
 def first_state(scenario: Scenario, truth: Truth | RecordedMotion) -> NavState:

@@ -6,7 +6,7 @@ The true values of the sensors' parameters are computed at the filter's epochs.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -196,6 +196,7 @@ class Aided:
         end: end of the run, s; the filter may have ended before.
         backward_error: of the backward solution, if there is one.
         backward_state_errors: its actual errors in the filter's own states, if there is one.
+        seconds: processor time that it took, s.
     """
 
     sensed: tuple[AidingReadings, ...]
@@ -208,6 +209,7 @@ class Aided:
     end: float
     backward_error: NavError | None = None
     backward_state_errors: Array | None = None
+    seconds: float = field(default=0.0, kw_only=True)
 
     @property
     def error(self) -> NavError:

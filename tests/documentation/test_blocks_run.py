@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from itertools import pairwise
@@ -97,9 +98,8 @@ def folder(tmp_path: Path) -> Path:
     (tmp_path / "my_filter.toml").write_text(whole, encoding="utf-8")
     trade = next(block.code for block in blocks(ROOT / "docs" / "trades.md") if block.language == "toml")
     (tmp_path / "my_trade.toml").write_text(trade, encoding="utf-8")
-    minute, car = (block.code for block in blocks(ROOT / "docs" / "your-navigator.md") if block.language == "toml")
-    (tmp_path / "minute.toml").write_text(minute, encoding="utf-8")
-    (tmp_path / "car.toml").write_text(car, encoding="utf-8")
+    for scenario in ("minute", "car"):
+        shutil.copy(ROOT / "docs" / "programs" / f"{scenario}.toml", tmp_path)
     return tmp_path
 
 

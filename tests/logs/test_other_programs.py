@@ -9,7 +9,6 @@ SINSSIM_PSINS, SINSSIM_NAVEGO or SINSSIM_GNSS_INS_SIM, its program in docs/progr
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -78,9 +77,7 @@ def test_ideal_increments_in_programs_of_first_order(judge: Judge, name: str, me
 @pytest.mark.slow
 def test_the_filter_of_psins_agrees(tmp_path: Path) -> None:
     """Same states, same noise, same start; other equations by other people."""
-    toml = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)[1]
-    (tmp_path / "car.toml").write_text(toml)
-    run(load_scenario(tmp_path / "car.toml", list(SIMPLE)), tmp_path / "car15")
+    run(load_scenario(PROGRAMS / "car.toml", list(SIMPLE)), tmp_path / "car15")
     judge = Judge(RecordedRun(tmp_path / "car15"), parse_date(DEFAULT_START, ""))
     score = judge.score(DATA / "psins_filter.csv")
     assert score.sigma is not None

@@ -24,19 +24,12 @@ DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "your-navigator.md").read_text(encoding="utf-8")
 
 
-def block(kind: str) -> str:
-    """Return the page's block of code of a kind."""
-    code, *_ = re.findall(rf"```{kind}\n(.*?)```", PAGE, re.DOTALL)  # the first of its kind
-    return str(code)
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the page's run of four seconds, and what pyins computed from its readings."""
     pytest.importorskip("pyins")
     place = tmp_path_factory.mktemp("pyins")
-    (place / "minute.toml").write_text(block("toml"))
-    scenario = load_scenario(place / "minute.toml", "great_circle.duration_s=4")
+    scenario = load_scenario(DOCS / "programs" / "minute.toml", "great_circle.duration_s=4")
     run(scenario, place / "minute")
     export(place / "minute", "csv", place / "readings")
     shutil.copy(DOCS / "programs" / "navigate_with_pyins.py", place)
@@ -79,7 +72,8 @@ def test_within_a_run_it_has_the_figures_of_the_page(tmp_path: Path, monkeypatch
         'inputs = ["imu", "gnss"]\n'
         for what in ("inertial", "filter")
     )
-    (tmp_path / "minute.toml").write_text(block("toml") + tables)
+    minute = (DOCS / "programs" / "minute.toml").read_text(encoding="utf-8")
+    (tmp_path / "minute.toml").write_text(minute + tables)
     summary = run(tmp_path / "minute.toml").summary
     for name in ("pyins_filter", "pyins_inertial"):
         (row,) = re.findall(rf"^ \d  {name} \*(.*)$", PAGE, re.MULTILINE)

@@ -21,7 +21,7 @@ from sinssim.recording.streams import Stream, Vector
 from sinssim.sensors.measurement_kind import CORE, PHI, R
 from sinssim.simulation.navigation_stage import Navigated
 from sinssim.simulation.navigator_protocol import ForeignSolution
-from sinssim.simulation.truth_comparison import FilterSolution
+from sinssim.simulation.truth_comparison import Aided, FilterSolution
 from sinssim.units import ARCMIN, fixed
 
 if TYPE_CHECKING:
@@ -150,7 +150,7 @@ class Compared(TypedDict):
 
 @dataclass(frozen=True)
 class FurtherFilters(Part[dict[str, Compared]]):
-    """The filters beside that of [filter]."""
+    """The filter of [filter] and those beside it."""
 
     name, title = "filters", "Filters side by side"
 
@@ -165,7 +165,19 @@ class FurtherFilters(Part[dict[str, Compared]]):
 
     def numbers(self) -> dict[str, Compared]:
         """Return the numbers of each filter."""
-        return {name: _compared(of, self.run.errors[name]) for name, of in self._solutions.items()}
+        errors = self.run.errors
+        return {
+            name: _compared(of.kind, of.seconds, of.sigma, of.aided, errors[name])
+            for name, of in self._solutions.items()
+        }
+
+    def with_filter(self) -> dict[str, Compared]:
+        """Return the numbers of all, first those of [filter]."""
+        of, section = self.aided, self.run.scenario.filter
+        assert of is not None
+        assert section is not None
+        first = _compared(section.kind, of.seconds, of.estimate.sigma[:, :CORE], of, of.error)
+        return {"aided": first, **self.entry}
 
     def brief(self, numbers: Mapping[str, ErrorNumbers]) -> Iterator[Item]:
         """Yield the table for the console."""
@@ -215,23 +227,23 @@ def _rms(values: Array) -> float | None:
     return float(np.sqrt(np.mean(known**2))) if len(known) else None
 
 
-def _compared(of: FilterSolution, error: NavError) -> Compared:
-    sigma = np.full((1, CORE), np.nan) if of.sigma is None else of.sigma
+def _compared(kind: str, seconds: float, stated: Array | None, aided: Aided | None, error: NavError) -> Compared:
+    sigma = np.full((1, CORE), np.nan) if stated is None else stated
     heading, spread = _rms(error.attitude[:, 2]), _rms(sigma[:, PHI.start + 2])
     numbers = Compared(
-        kind=of.kind, states=None,
+        kind=kind, states=None,
         rms_horizontal_error_m=_rms(error.horizontal),
         rms_horizontal_sigma_m=_rms(np.hypot(sigma[:, R.start], sigma[:, R.start + 1])),
         rms_heading_error_arcmin=None if heading is None else heading / ARCMIN,
         rms_heading_sigma_arcmin=None if spread is None else spread / ARCMIN,
-        nees_per_state=None, consistent=None, diverged_s=None, processor_s=of.seconds,
+        nees_per_state=None, consistent=None, diverged_s=None, processor_s=seconds,
     )  # fmt: skip
-    if of.aided is None:
+    if aided is None:
         return numbers
-    estimate = of.aided.estimate
-    if of.aided.true_parameters_known and len(estimate.rows):
+    estimate = aided.estimate
+    if aided.true_parameters_known and len(estimate.rows):
         core = slice(0, CORE)
-        squares = float(np.mean(nees(of.aided.state_errors_at(estimate.rows), estimate.covariance, core)))
+        squares = float(np.mean(nees(aided.state_errors_at(estimate.rows), estimate.covariance, core)))
         numbers["nees_per_state"] = squares / CORE
     end = estimate.divergence
     numbers |= {"states": estimate.model.size, "consistent": consistency(estimate).consistent,

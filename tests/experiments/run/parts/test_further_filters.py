@@ -79,6 +79,7 @@ def test_the_table_has_errors_and_their_covariance() -> None:
     assert (numbers["states"], numbers["kind"], numbers["diverged_s"]) == (15, "invariant", None)
     assert numbers["consistent"] is True
     assert 0.0 < numbers["processor_s"] < 60.0
+    assert 0.0 < run.summary["filters"]["aided"]["processor_s"] < 60.0
     assert run.summary["filters"]["few"]["states"] == 9
     stream = next(of for of in run.parts["filters"].streams() if of.name == "filter_invariant")
     (vector,) = stream.vectors
@@ -89,9 +90,12 @@ def test_the_table_has_errors_and_their_covariance() -> None:
 def test_the_table_is_shown() -> None:
     part = flown().parts["filters"]
     (table,) = (item for item in part.exhibits() if isinstance(item, Table))
-    assert [row[:3] for row in table.rows] == [["same", "error-state", "15"], ["invariant", "invariant", "15"],
-                                               ["few", "error-state", "9"]]  # fmt: skip
-    assert [row[8] for row in table.rows][1] == "consistent"
+    assert [row[:3] for row in table.rows] == [
+        ["aided", "error-state", "15"], ["same", "error-state", "15"], ["invariant", "invariant", "15"],
+        ["few", "error-state", "9"],
+    ]  # fmt: skip
+    assert table.rows[0][3:9] == table.rows[1][3:9]  # the filter of [filter], and one with its keys
+    assert [row[8] for row in table.rows][2] == "consistent"
     (table,) = (item for item in part.brief({}) if isinstance(item, Table))
     assert table.on == ("console",)
 
