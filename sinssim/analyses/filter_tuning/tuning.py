@@ -1,9 +1,12 @@
-"""`sinssim tune`: noises of a filter by the likelihood of its innovations, with a held-out part that judges them.
+"""`sinssim tune`: noises of a filter and the installation of its sensors by the likelihood of its innovations.
 
-The filter runs over the data once, without a gate, and `linear_replay` gives the innovations with other noises. The
-first part of the data determines the keys; the rest, which they never saw, judges them. Measurements beyond the bound
-of one in ten thousand are left out and the rest is fitted again, since a few outliers would decide a noise. If a noise
-changes by more than a third, the filter runs again about the better estimate.
+A held-out part of the data judges them. The filter runs over the data once, without a gate, and `linear_replay` gives
+the innovations with other noises. The first part of the data determines the keys; the rest, which they never saw,
+judges them. Measurements beyond the bound of one in ten thousand are left out and the rest is fitted again, since a few
+outliers would decide a noise. If a noise changes by more than a third, the filter runs again about the better estimate.
+
+A lever arm, a delay or the mounting is the mean of a state without variance, so that the innovations depend on it
+linearly; the filter runs again about a better value.
 
 A key is refused if the likelihood is flat along it: its 95 % interval is wider than a factor of a hundred. Where it is
 flat to one side only, the limit of the other side is given, at which L, with the other keys fitted, has fallen by 1.35
@@ -21,7 +24,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.analyses.filter_tuning.tuning_data import TuningData, starts_of
+from sinssim.analyses.filter_tuning.tuning_data import (
+    INSTALLED,
+    TuningData,
+    installed_errors,
+    installed_part,
+    installed_values,
+    starts_of,
+)
 from sinssim.analyses.filter_tuning.tuning_result import Judged, Tuned, TuningResult
 from sinssim.data import Array
 from sinssim.errors import InputError
@@ -49,31 +59,47 @@ _GRID, _STRIDE = 0.25, 2
 _FALL = 1.3528
 """Fall of L at a one-sided limit of 95 %: half of χ² of one degree of freedom at 90 %."""
 
-_AGAIN = 0.3
-"""Change of the logarithm of a noise beyond which the filter runs again."""
+_AGAIN, _PASSES = 0.3, 4
+"""Change of a logarithm, and of the installation in steps, beyond which the filter runs again; most runs."""
 
 
 class _Pass:
     """A pass of the filter, with its replays for logarithms of values over those to begin with."""
 
     def __init__(self, data: TuningData, start: Mapping[str, float], at: Array) -> None:
-        self._data, self._start = data, dict(start)
+        self._data, self._start, self.scenario = data, dict(start), data.scenario
+        self.unit = np.array(
+            [INSTALLED[whole].unit if (whole := installed_part(key)[0]) else math.nan for key in start]
+        )
         values = self.of(at)
         self.line = data.run(values)
         self._model, _ = data.assumed(values)
         self._densities = densities_of(self._model)
-        self.most = np.array([data.most(key, value) for key, value in self._start.items()])
+        self._before, self._mounting = values, (data.scenario.imu.mounting_deg or (0.0, 0.0, 0.0))
+        ends = [
+            data.limits(key, value) if installed_part(key)[0] else (_LEAST, data.most(key, value))
+            for key, value in start.items()
+        ]
+        self.least, self.most = np.array(ends).reshape(-1, 2).T
         self.dropped = {
             name: np.zeros(len(checked.data.time), dtype=bool)
             for name, checked in zip(self.line.names, self.line.around.readings, strict=True)
         }
 
     def of(self, x: Array) -> dict[str, float]:
-        """Return the values for logarithms, (n,)."""
-        return {key: value * math.exp(of) for (key, value), of in zip(self._start.items(), x, strict=True)}
+        """Return the values for logarithms, and for steps of the installation, (n,)."""
+        return {
+            key: value_of(value, float(of), float(unit))
+            for (key, value), of, unit in zip(self._start.items(), x, self.unit, strict=True)
+        }
 
     def _assumptions(self, x: Array) -> Assumptions:
-        model, readings = self._data.assumed(self.of(x))
+        values = self.of(x)
+        error = np.zeros(self._model.size)
+        for block, errors in installed_errors(values, self._before, self._mounting).items():
+            error[self._model.slices[block]] = errors
+        noises = {key: self._before[key] if installed_part(key)[0] else value for key, value in values.items()}
+        model, readings = self._data.assumed(noises)
         if model.states != self._model.states or not np.array_equal(model.decay, self._model.decay):
             raise InputError(f"{', '.join(self._start)} change the states of the filter: give noises alone.")
         densities, before = densities_of(model), self._model.sigma
@@ -84,7 +110,7 @@ class _Pass:
             if name in readings:
                 rows = np.searchsorted(readings[name].time, checked.data.time - 1e-9)
                 sigma[name] = readings[name].sigma[rows] / checked.data.sigma
-        return Assumptions(process, start, sigma)
+        return Assumptions(process, start, sigma, error=error)
 
     def replay(self, sets: Array, until: float = math.inf) -> list[Series]:
         """Return the innovations for B sets of logarithms, (B, n), until an instant, s."""
@@ -104,7 +130,7 @@ def tune(
     Args:
         scenario: file or name of a scenario with a filter, simulated or with [log].
         settings: settings "key=value" that replace values of the file.
-        keys: keys to tune, "key" or "key=value" with a value to begin with; by default those that matter.
+        keys: keys to tune, "key" or "key=value" with a value to begin with; by default the noises that matter.
         held_out: share of the data, at its end, that judges the values, 0 … 0.9.
         progress: function that is called with the work and the fraction done.
 
@@ -121,14 +147,15 @@ def tune(
     data = TuningData(str(scenario), settings)
     start = starts_of(data, keys)
     at, passes, replays = np.zeros(len(start)), 0, 0
-    for begin in (0.05, 0.5):
+    for k in range(_PASSES):
+        begin = 0.05 + 0.9 * k / _PASSES
         progress("Filtering", begin)
         line, passes = _Pass(data, start, at), passes + 1
         if not line.line.events:
             raise InputError(f"{scenario} has no measurements to tune the filter by.")
         first, last = line.line.events[0].time, line.line.events[-1].time
         split = first + (1.0 - held_out) * (last - first)
-        fitted = _fit(line, at, split, partial(_fitting, progress, begin + 0.05))
+        fitted = _fit(line, at, split, partial(_fitting, progress, begin))
         replays += fitted.steps
         if np.max(np.abs(fitted.x - at), initial=0.0) < _AGAIN:
             break
@@ -145,7 +172,7 @@ def tune(
 
 
 def _fitting(progress: Progress, begin: float, count: int) -> None:
-    progress("Fitting", begin + 0.4 * count / (count + 10.0))
+    progress("Fitting", begin + 0.9 / _PASSES * count / (count + 10.0))
 
 
 def _fit(
@@ -160,7 +187,7 @@ def _fit(
         whole[:, free] = sets
         return line.replay(whole, split)
 
-    low, high = np.full(int(free.sum()), _LEAST), line.most[free]
+    low, high = line.least[free], line.most[free]
     if outliers:
         best = maximum_without_outliers(replay, line.dropped, at[free], low, high, progress)
     else:
@@ -194,14 +221,27 @@ def _decided(
             low, high = fitted.x[k] - half, fitted.x[k] + half
         else:
             low, high = limits[k]
-        refused = "" if free[k] or not low <= 0.0 <= high else _refusal(key, value, low, high)
-        best, least, most = (value * math.exp(end) for end in (fitted.x[k], low, high))
-        tuned.append(Tuned(key, value, best, least, most, refused))
+        unit = float(line.unit[k])
+        refused = "" if free[k] or not low <= 0.0 <= high else _refusal(key, value, low, high, unit)
+        best, least, most = (value_of(value, float(end), unit) for end in (fitted.x[k], low, high))
+        whole, number = installed_part(key)
+        values = installed_values(line.scenario, whole) if number else ()
+        tuned.append(Tuned(key, value, best, least, most, refused, values))
     return tuple(tuned), fitted, count
 
 
-def _refusal(key: str, value: float, low: float, high: float) -> str:
+def value_of(start: float, x: float, unit: float) -> float:
+    """Return the value of a key for the logarithm of it over that to begin with, or with a `unit` for steps from it."""
+    return start * math.exp(x) if math.isnan(unit) else start + unit * x
+
+
+def _refusal(key: str, value: float, low: float, high: float, unit: float) -> str:
     text = f"the data cannot tell {key}"
+    if not math.isnan(unit):
+        return f"{text}: " + (
+            "the motion does not show it" if math.isinf(high) else
+            f"its 95 % interval is ± {number_text(0.5 * unit * (high - low), 2)} wide"
+        )  # fmt: skip
     if math.isinf(low) and math.isinf(high):
         return f"{text}: far smaller and far larger values are as probable"
     if math.isinf(low):
@@ -216,6 +256,9 @@ def _one_sided(line: _Pass, fitted: Maximum, k: int, split: float, free: NDArray
 
     L is the largest one for the other free keys. A limit is infinite where it does not fall so far.
     """
+    if not math.isnan(line.unit[k]):
+        half = 1.96 * float(fitted.sigma[k])
+        return float(fitted.x[k]) - half, float(fitted.x[k]) + half, 0
     grid = np.arange(-_GRID * math.ceil(-_LEAST / _GRID), line.most[k] + 1e-9, _GRID)
     sets = np.tile(fitted.x, (len(grid), 1))
     sets[:, k] = grid

@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sinssim import rotation
 from sinssim.content import find_content
-from sinssim.data import Measurements
+from sinssim.data import Array, Measurements
 from sinssim.errors import InputError, RunError
 from sinssim.estimation.filter_loop import followed
 from sinssim.estimation.linear_replay import LinearPass, densities_of
 from sinssim.estimation.state_model import ErrorModel
+from sinssim.formatting import listed
 from sinssim.logs.recorded_log import gnss_readings
 from sinssim.scenario.filter_model import filter_model, with_states
 from sinssim.scenario.load import scenario_of_text
 from sinssim.scenario.recorded_sensors import recorded_sensors
 from sinssim.scenario.true_motion import fly
+from sinssim.sensors.aiding.land_vehicle import LandVehicle, angles_of
 from sinssim.sensors.aiding_sensor import AidingReadings
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS
@@ -31,6 +35,8 @@ from sinssim.simulation.navigation_stage import first_state, recorded_start
 from sinssim.simulation.recorded_filter_run import Prepared, aid_recorded, all_readings, prepare
 from sinssim.simulation.truth_and_sensors import RecordedMotion, sense, sense_recorded, truth_along
 from sinssim.system.files import read_text
+from sinssim.truth.motion import attitude
+from sinssim.units import DEG
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
@@ -38,6 +44,41 @@ if TYPE_CHECKING:
 
 _MOST = (1e3, 100.0, 30.0, 10.0, 3.0, 1.1)
 """Largest noises over that to begin with, of which the first that is allowed holds."""
+
+
+class Installed(NamedTuple):
+    """A key that says how the sensors are installed: its error is a constant that the filter could have as a state."""
+
+    block: str  # that state
+    sigma: str  # key of its 1σ
+    parts: tuple[int, ...]  # numbers of the values that are tuned; none for a single value
+    unit: float  # step of the search, in the key's unit; a 95 % interval of ± 2.3 steps says nothing
+    size: float  # size of the state for 1 in the key's unit
+
+
+INSTALLED = {
+    "log.gnss.lever_arm_m": Installed("gnss lever arm", "log.gnss.lever_arm_sigma_m", (1, 2, 3), 0.5, 1.0),
+    "log.gnss.time_offset_s": Installed("gnss time offset", "log.gnss.time_offset_sigma_s", (), 0.05, -1.0),
+    "log.gnss.velocity_delay_s": Installed("gnss-velocity delay", "log.gnss.velocity_delay_sigma_s", (), 0.05, 1.0),
+    "aiding.land_vehicle.lever_arm_m": Installed(
+        "land-vehicle lever arm", "aiding.land_vehicle.lever_arm_sigma_m", (1, 2, 3), 0.5, 1.0),
+    "imu.mounting_deg": Installed("land-vehicle mounting", "aiding.land_vehicle.mounting_sigma_deg", (2, 3), 0.5, DEG),
+}  # fmt: skip
+"""The keys of the installation, which are found on recorded sensors. Of the mounting the constraint of a land vehicle
+shows pitch and yaw."""
+
+_NOTHING = 1e-9
+"""1σ of a state that is known, in its key's unit."""
+
+
+def installed_part(key: str) -> tuple[str, int]:
+    """Return the key of the installation that a key or a numbered value of it belongs to, "" for none, and the number,
+    0 for a single value."""
+    whole, _, number = key.rpartition(".")
+    if whole in INSTALLED and number.isdigit():
+        return whole, int(number)
+    return (key, 0) if key in INSTALLED else ("", 0)
+
 
 _NOISES = ("random_walk", "instability", "rate_walk")
 """Fields of the inertial sensors whose keys are tuned by default, beside the 1σ of their biases."""
@@ -51,6 +92,7 @@ class TuningData:
         self.name, self._settings = name, tuple(settings)
         self._file = find_content("scenarios", name)
         self._text = read_text(self._file)  # once, whatever becomes of the file
+        self._states: list[str] = []  # settings of states that are known, whose errors are tuned
         self._known: deque[tuple[Mapping[str, float], dict[str, Measurements]]] = deque(maxlen=8)
         scenario = self.loaded({})
         if scenario.filter is None:
@@ -72,7 +114,13 @@ class TuningData:
 
     def loaded(self, values: Mapping[str, float]) -> Scenario:
         """Return the scenario of the file with values of keys."""
-        changed = [*self._settings, *(f"{key}={value!r}" for key, value in values.items())]
+        wholes: dict[str, list[float]] = {}
+        given = dict(values)
+        for key in values:
+            whole, number = installed_part(key)
+            if number:
+                wholes.setdefault(whole, list(installed_values(self.scenario, whole)))[number - 1] = given.pop(key)
+        changed = [*self._settings, *self._states, *(f"{key}={value!r}" for key, value in {**given, **wholes}.items())]
         return scenario_of_text(self._text, self._file.parent, changed, source=self.name, name=self._file.stem)
 
     def with_values(self, values: Mapping[str, float]) -> Scenario:
@@ -85,6 +133,32 @@ class TuningData:
         imu = there.imu.model_copy(update={"rate_hz": self.scenario.imu.rate_hz})
         of_filter = filter_of(there).model_copy(update=update)
         return _plain(there.model_copy(update={"imu": imu, "filter": of_filter}))
+
+    def open_state(self, key: str) -> None:
+        """Give the filter the state of an error of the installation, with a σ of nothing."""
+        of = INSTALLED[key]
+        if self.prepared is None:
+            raise InputError(
+                f"{key} is tuned on recorded sensors; those of this scenario are simulated with its value."
+            )
+        if not key.startswith("log.") and (
+            self.scenario.aiding is None or self.scenario.aiding.sensor(LandVehicle) is None
+        ):
+            raise InputError(f"{key} shows in the constraint of a land vehicle: add [aiding.land_vehicle].")
+        if any(block.name == of.block for block in self.assumed({})[0].blocks):
+            raise InputError(f"{key}: the filter estimates this error itself; remove {of.sigma} to tune it.")
+        self._states.append(f"{of.sigma}={_NOTHING}")
+
+    def limits(self, key: str, value: float) -> tuple[float, float]:
+        """Return the limits of the error of an installed key from the value to begin with, in its steps."""
+        ends = []
+        for sign in (-1.0, 1.0):
+            for steps in (60.0, 20.0, 6.0, 2.0, 0.5, 0.0):
+                with suppress(InputError):
+                    self.loaded({key: value + sign * steps * INSTALLED[installed_part(key)[0]].unit})
+                    break
+            ends.append(sign * steps)
+        return ends[0], ends[1]
 
     def most(self, key: str, value: float) -> float:
         """Return the logarithm of the largest value of a key that is tried, over the value to begin with."""
@@ -145,11 +219,15 @@ class TuningData:
     def _prepared(self, scenario: Scenario, values: Mapping[str, float]) -> Prepared:
         """Return the recording with values of keys; its files are read again for those of [log] without [log.gnss]."""
         assert self.prepared is not None
-        if any(key.startswith("log.") and not key.startswith("log.gnss.") for key in values):
+        reread = ("log.", "imu.mounting_deg")
+        if any(key.startswith(reread) and not key.startswith("log.gnss.") for key in values):
             return replace(prepare(self.loaded(values)), scenario=scenario)
-        log, section = self.prepared.log, scenario.log
+        log, section, before = self.prepared.log, scenario.log, self.prepared.scenario.log
         if log.fixes is not None and section is not None and section.gnss is not None:
-            of_fixes = gnss_readings(log.fixes, section.gnss, log.outages)
+            assert before is not None
+            assert before.gnss is not None
+            later = log.fixes.time + (section.gnss.time_offset_s - before.gnss.time_offset_s)
+            of_fixes = gnss_readings(replace(log.fixes, time=later), section.gnss, log.outages)
             labels = {readings.measurements.label for readings in of_fixes}
             others = (readings for readings in log.sensed if readings.measurements.label not in labels)
             log = replace(log, sensed=(*of_fixes, *others))
@@ -181,24 +259,85 @@ def starts_of(data: TuningData, keys: Sequence[str]) -> dict[str, float]:
     start: dict[str, float] = {}
     for text in keys:
         key, given, value = (part.strip() for part in text.partition("="))
-        if key in start:
+        if key in start or key in {installed_part(of)[0] for of in start}:
             raise InputError(f"{key} is given twice; give each key once.")
-        start[key] = _number(text, value) if given else _value(data.scenario, key)
+        if key in INSTALLED:
+            start |= dict(
+                _installed_start(data, key, _numbers(text, value) if given else installed_values(data.scenario, key))
+            )
+            continue
+        (start[key],) = _numbers(text, value, 1) if given else (_value(data.scenario, key),)
         if not (math.isfinite(start[key]) and start[key] > 0.0):
             raise InputError(
                 f"{key} = {start[key]:g}: a noise is found by its logarithm, and needs a positive value to begin with: "
                 f"{key}=VALUE."
             )
         if not _matters(data, key, start[key]):
-            raise InputError(f"{key} is no noise of the filter: its innovations do not depend on it.")
+            raise InputError(
+                f"{key} is no noise of the filter: its innovations do not depend on it. Beside noises, "
+                f"{listed(list(INSTALLED))} can be tuned."
+            )
     return start
 
 
-def _number(text: str, value: str) -> float:
-    try:
-        return float(value)
-    except ValueError as error:
-        raise InputError(f"{text}: the value to begin with must be a number.") from error
+def _installed_start(data: TuningData, key: str, values: Sequence[float]) -> Iterator[tuple[str, float]]:
+    """Yield the values of a key of the installation to begin with, each with its numbered key."""
+    of = INSTALLED[key]
+    if len(values) != (3 if of.parts else 1):
+        raise InputError(f"{key} begins with {len(values)} numbers; it has {3 if of.parts else 1}.")
+    data.open_state(key)
+    data.loaded({f"{key}.{k}": value for k, value in enumerate(values, 1)} if of.parts else {key: values[0]})
+    yield from ((f"{key}.{k}", values[k - 1]) for k in of.parts)
+    if not of.parts:
+        yield key, values[0]
+
+
+def installed_values(scenario: Scenario, key: str) -> tuple[float, ...]:
+    """Return the values of a key of the installation."""
+    here: Any = scenario
+    for part in key.split("."):
+        here = getattr(here, part, None)
+    if here is None:
+        if key == "imu.mounting_deg":
+            return (0.0, 0.0, 0.0)
+        raise InputError(f"{key} is no key of this scenario, which has no table [{key.rpartition('.')[0]}].")
+    return tuple(here) if isinstance(here, tuple) else (float(here),)
+
+
+def installed_errors(
+    values: Mapping[str, float], before: Mapping[str, float], mounting: Sequence[float]
+) -> dict[str, Array]:
+    """Return by block the errors of the states for values of keys other than those of a pass; the block's mounting has
+    a roll, too."""
+    errors: dict[str, Array] = {}
+    for key, value in values.items():
+        whole, number = installed_part(key)
+        if whole:
+            of = INSTALLED[whole]
+            error = errors.setdefault(of.block, np.zeros(max(len(of.parts), 1)))
+            error[of.parts.index(number) if number else 0] = of.size * (value - before[key])
+    if "land-vehicle mounting" in errors:
+        there, here = (
+            _ahead([mounting[0], *(of.get(f"imu.mounting_deg.{k}", mounting[k - 1]) for k in (2, 3))])
+            for of in (values, before)
+        )
+        errors["land-vehicle mounting"] = there - here
+    return errors
+
+
+def _ahead(mounting_deg: Sequence[float]) -> Array:
+    """Return pitch and yaw of the vehicle's forward axis in the block's axes, rad."""
+    return np.array(angles_of(rotation.dcm_from_quaternion(attitude(*mounting_deg))[0]))
+
+
+def _numbers(text: str, value: str, count: int = 0) -> tuple[float, ...]:
+    """Return the number or the numbers of a text, of which there must be `count`, if not 0."""
+    with suppress(ValueError, TypeError):
+        read = json.loads(value)
+        values = tuple(float(part) for part in (read if isinstance(read, list) else [read]))
+        if not count or len(values) == count:
+            return values
+    raise InputError(f"{text}: the value to begin with must be a number.")
 
 
 def _matters(data: TuningData, key: str, value: float) -> bool:

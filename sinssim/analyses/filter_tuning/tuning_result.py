@@ -28,6 +28,7 @@ class Tuned:
     low: float  # 95 % interval; zero or infinite to a side to which the data say nothing
     high: float
     refused: str = ""  # why its value is not tuned; "" if it is
+    array: tuple[float, ...] = ()  # the values to begin with of the array that the key is a numbered value of
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,16 @@ class TuningResult(Result):
     @property
     def lines(self) -> tuple[str, ...]:
         """The settings that apply the tuned values."""
-        return tuple(f"{of.key}={of.value:.4g}" for of in self.keys if not of.refused)
+        settings: dict[str, str] = {}
+        arrays: dict[str, list[float]] = {}
+        for of in self.keys:
+            if not of.refused and of.array:
+                whole, _, number = of.key.rpartition(".")
+                arrays.setdefault(whole, list(of.array))[int(number) - 1] = of.value
+                settings[whole] = f"[{', '.join(f'{value:.4g}' for value in arrays[whole])}]"
+            elif not of.refused:
+                settings[of.key] = f"{of.value:.4g}"
+        return tuple(f"{key}={value}" for key, value in settings.items())
 
     @property
     def confirmed(self) -> bool:

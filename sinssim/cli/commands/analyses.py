@@ -389,7 +389,8 @@ Keys = Annotated[
     typer.Option(
         "--key",
         metavar="KEY[=VALUE]",
-        help="A noise to tune, with a value to begin with other than the scenario's; may be given several times.",
+        help="A noise to tune, or of recorded sensors a lever arm, time offset, delay or the mounting, with a value to "
+        "begin with other than the scenario's; may be given several times.",
         show_default="of a recording the noises and biases of [imu] and the σ of each aiding sensor, of a simulation "
         "the two noise factors of [filter]",
     ),
@@ -413,7 +414,7 @@ def tune(
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
-    """Find the noises of a scenario's filter under which its innovations are most probable.
+    """Find the noises of a filter, or how its sensors are installed, such that its innovations are most probable.
 
     Each key gets its value of maximum likelihood with a 95 % interval. A key that the data cannot tell is named and
     stays. The end of the data judges the values. The last lines are the settings that apply them.
@@ -422,6 +423,7 @@ def tune(
 
         sinssim tune my_drive.toml
         sinssim tune my_drive.toml --key log.gnss.sigma_factor --key imu.gyro_arw_deg_sqrt_h=0.5
+        sinssim tune my_drive.toml --key log.gnss.lever_arm_m --key log.gnss.time_offset_s
         sinssim tune mems_uav --set filter.measurement_noise_factor=3
     """
     from sinssim.analyses.filter_tuning.tuning import tune

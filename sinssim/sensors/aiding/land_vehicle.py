@@ -162,7 +162,7 @@ class LandVehicle(AidingSensor):
         time = s.epochs(trajectory)
         wheel = state_at(trajectory, time, s.lever_arm_m)
         ahead, right, down = rotation.dcm_from_quaternion(vehicle.q_bs)  # the vehicle's axes in the block's
-        angles = np.array(_angles(ahead))
+        angles = np.array(angles_of(ahead))
         velocity = rotation.rotate(rotation.conjugate(wheel.q_nb), wheel.velocity_ned)
         turn = turning(trajectory, time, trajectory.state(time))
         pushed = (velocity @ ahead) * (turn @ down)
@@ -210,7 +210,7 @@ class LandVehicle(AidingSensor):
                 imu,
                 rate_hz=self.rate_hz,
                 sigma=sigma,
-                angles=_angles(ahead),
+                angles=angles_of(ahead),
                 lever_arm=self.lever_arm_m,
                 limit=self.lateral_limit_mps2,
                 name=_LABEL,
@@ -231,7 +231,7 @@ class LandVehicle(AidingSensor):
         return (self.drift_lateral_mps, self.drift_vertical_mps)
 
 
-def _angles(ahead: ArrayLike) -> tuple[float, float]:
+def angles_of(ahead: ArrayLike) -> tuple[float, float]:
     """Return pitch and yaw of the vehicle's forward axis, which is given in the block's axes, rad."""
     x, y, z = np.asarray(ahead, dtype=np.float64)
     return math.atan2(-z, math.hypot(x, y)), math.atan2(y, x)

@@ -1,8 +1,18 @@
-"""A straight flight with planted noises, which a filter is tuned by."""
+"""A straight flight with planted noises, and a log with a planted installation, which a filter is tuned by."""
 
 from __future__ import annotations
 
 from pathlib import Path
+
+import numpy as np
+
+from sinssim import earth, rotation
+from sinssim.data import Array
+from sinssim.scenario import Scenario
+from sinssim.sensors.imu.emulation import emulate
+from sinssim.sensors.imu.imu import Imu
+from sinssim.truth.curve import Curve
+from tests.logs.drive import FIXES, INCREMENTS, drive, write_csv, write_increments
 
 _TEXT = """
 name = "planted"
@@ -48,3 +58,49 @@ def written(folder: Path, duration: float = 200.0, seed: int = 1) -> Path:
     file = folder / "planted.toml"
     file.write_text(_TEXT.format(duration=duration, seed=seed), encoding="utf-8")
     return file
+
+
+ARM, LATE, AGE = (0.8, -0.4, 0.0), 0.12, 0.08
+"""Lever arm of the antenna, m; by how much the stamps of all fixes are too late, and the age of the velocities, s."""
+
+
+def written_log(folder: Path, seconds: float = 90.0, seed: int = 1) -> Path:
+    """Write the log of a car whose antenna and receiver are not as its scenario says, and return the scenario."""
+    truth, rng = drive(seconds), np.random.default_rng(seed)
+    unit = Imu(grade="mems-tactical", rate_hz=50.0)
+    write_increments(folder / "imu.csv", emulate(truth.increments(50.0), unit, seed=seed))
+    time = np.arange(1.0, seconds - 1.0, 0.5)
+    where, velocity = antenna(truth, time - LATE)[0], antenna(truth, time - LATE - AGE)[1]
+    place = where + rng.standard_normal((len(time), 3)) * (0.1 / 6.4e6, 0.1 / 4.9e6, 0.2)
+    velocity = velocity + 0.05 * rng.standard_normal((len(time), 3))
+    columns = (time, np.degrees(place[:, 0]), np.degrees(place[:, 1]), place[:, 2], velocity)
+    write_csv(folder / "fixes.csv", "t_s,lat,lon,h,vn,ve,vd", np.column_stack(columns))
+    fixes = {**FIXES, "position_sigma_m": [0.1, 0.1, 0.2], "file": "fixes.csv"}
+    state = truth.state(0.0)
+    roll, pitch, heading = np.degrees(rotation.euler_from_quaternion(state.q_nb))
+    contents = {
+        "name": "planted",
+        "log": {
+            "imu": {"file": "imu.csv", **INCREMENTS}, "gnss": fixes,
+            "start": {"roll_deg": float(roll), "pitch_deg": float(pitch), "heading_deg": float(heading)},
+        },
+        "imu": {"grade": "mems-tactical", "rate_hz": 50.0},
+        "filter": {"rate_hz": 2.0},
+    }  # fmt: skip
+    file = folder / "log.toml"
+    file.write_text(Scenario.model_validate(contents).to_toml(), encoding="utf-8")
+    return file
+
+
+def antenna(truth: Curve, time: Array) -> tuple[Array, Array]:
+    """Return latitude, longitude and height of the antenna, and its velocity."""
+    state, rate = truth.state(time), truth.rates(time)[0]
+    c = rotation.dcm_from_quaternion(state.q_nb)
+    off, turning = c @ np.array(ARM), np.einsum("kij,kj->ki", c, np.cross(rate, ARM))
+    r1, r2 = earth.radii(state.latitude)
+    place = (
+        state.latitude + off[:, 0] / (r1 + state.height),
+        state.longitude + off[:, 1] / ((r2 + state.height) * np.cos(state.latitude)),
+        state.height - off[:, 2],
+    )
+    return np.column_stack(place), state.velocity_ned + turning
