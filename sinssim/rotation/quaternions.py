@@ -128,12 +128,31 @@ def small_half_angle_series_k(x2: float) -> tuple[float, float]:
 
 
 @inline
+def small_half_angle_change_k(x2: float) -> tuple[float, float]:
+    """cos(x/2) − 1 and sin(x/2)/x from x²; exact to rounding below `SERIES`."""
+    y = 0.25 * x2
+    y2 = y * y
+    c = y2 * ((1 / 24 - y / 720) + y2 * (1 / 40320 - y / 3628800)) - y / 2
+    s = (1 / 2 - y / 12) + y2 * ((1 / 240 - y / 10080) + y2 * (1 / 725760 - y / 79833600))
+    return c, s
+
+
+@inline
 def half_angle_series_k(x2: float) -> tuple[float, float]:
     """cos(x/2) and sin(x/2)/x from x²; exact to rounding for every x."""
     if x2 < SERIES:
         return small_half_angle_series_k(x2)
     x = sqrt(x2)
     return cos(0.5 * x), sin(0.5 * x) / x
+
+
+@inline
+def half_angle_change_k(x2: float) -> tuple[float, float]:
+    """cos(x/2) − 1 and sin(x/2)/x from x²; exact to rounding for every x."""
+    if x2 < SERIES:
+        return small_half_angle_change_k(x2)
+    x = sqrt(x2)
+    return -2.0 * sin(0.25 * x) ** 2, sin(0.5 * x) / x
 
 
 @inline

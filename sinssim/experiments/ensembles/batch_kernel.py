@@ -39,7 +39,7 @@ from sinssim.experiments.ensembles.batch_layout import (
 from sinssim.experiments.ensembles.batch_layout import four_k as attitude_k
 from sinssim.experiments.ensembles.batch_layout import keep_four_k as keep_attitude_k
 from sinssim.jit import inline, kernel, rebound, strict_inline, strict_kernel, wide_vectors
-from sinssim.rotation.quaternions import SERIES, Vector, small_half_angle_series_k
+from sinssim.rotation.quaternions import SERIES, Vector, small_half_angle_change_k, small_half_angle_series_k
 from sinssim.sensors.imu.error_kernel import (
     NOISES,
     PARAMETERS,
@@ -339,7 +339,10 @@ _VARIABLES = {
     8: (batch_layout.eight_k, batch_layout.keep_eight_k),
     9: (batch_layout.nine_k, batch_layout.keep_nine_k),
 }
-_IN_RANGE = {"half_angle_series_k": small_half_angle_series_k}
+_IN_RANGE = {
+    "half_angle_series_k": small_half_angle_series_k,
+    "half_angle_change_k": small_half_angle_change_k,
+}
 _ANY_HEIGHT = 1e9  # m, either way
 
 

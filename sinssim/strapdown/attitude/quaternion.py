@@ -1,7 +1,8 @@
 """Attitude by the quaternion relative to the navigation frame, λ̇ = ½ Ω(ω) λ (8.18).
 
 Over an interval the equation has the solution q_nb ← conj(q(ζ)) ∘ q_nb ∘ q(φ), with the body's rotation vector φ and
-the navigation frame's ζ, each converted to a quaternion without truncation.
+the navigation frame's ζ, each converted to a quaternion without truncation. The change of q_nb is summed first: at rest
+the turns of body and frame cancel in it, and rounding does not add up to a drift.
 """
 
 from __future__ import annotations
@@ -11,8 +12,8 @@ from sinssim.rotation.quaternions import (
     Matrix,
     Quaternion,
     dcm_from_quaternion_k,
+    half_angle_change_k,
     multiply_k,
-    quaternion_from_rotation_vector_k,
 )
 from sinssim.strapdown.coning_sculling import BodyTurn, FrameTurn
 
@@ -45,7 +46,15 @@ def dcm_k(attitude: Attitude) -> Matrix:
 @inline
 def step_k(attitude: Attitude, body: BodyTurn, frame: FrameTurn) -> Attitude:
     """Attitude variables at the end of the interval."""
-    p0, p1, p2, p3 = quaternion_from_rotation_vector_k(body.phi_x, body.phi_y, body.phi_z)
-    z0, z1, z2, z3 = quaternion_from_rotation_vector_k(-frame.zeta_x, -frame.zeta_y, -frame.zeta_z)
-    a0, a1, a2, a3 = multiply_k(attitude[0], attitude[1], attitude[2], attitude[3], p0, p1, p2, p3)
-    return multiply_k(z0, z1, z2, z3, a0, a1, a2, a3)
+    a0, a1, a2, a3 = attitude
+    b0, b1, b2, b3 = multiply_k(a0, a1, a2, a3, *_change_k(body.phi_x, body.phi_y, body.phi_z))
+    z0, z1, z2, z3 = _change_k(-frame.zeta_x, -frame.zeta_y, -frame.zeta_z)
+    c0, c1, c2, c3 = multiply_k(z0, z1, z2, z3, a0 + b0, a1 + b1, a2 + b2, a3 + b3)
+    return a0 + (b0 + c0), a1 + (b1 + c1), a2 + (b2 + c2), a3 + (b3 + c3)
+
+
+@inline
+def _change_k(x: float, y: float, z: float) -> Quaternion:
+    """q(φ) − 1, in which nothing cancels."""
+    c, s = half_angle_change_k(x * x + y * y + z * z)
+    return c, s * x, s * y, s * z
