@@ -185,7 +185,7 @@ BEYOND = (
     Row(
         "",
         "Percentile of random runs with its confidence interval from order statistics",
-        ("statistics.percentiles.percentile",),
+        ("statistics.circular_error.percentile",),
         ("statistics/test_order_statistics.py::test_textbook_bands",),
     ),
     Row(

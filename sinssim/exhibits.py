@@ -16,8 +16,7 @@ import numpy as np
 
 from sinssim.charts import Charts, Cloud, Color
 from sinssim.data import Array
-from sinssim.formatting import number_text
-from sinssim.units import Scale, suiting
+from sinssim.units import Scale, number_text, suiting
 
 Medium = Literal["console", "page", "recording"]
 EVERYWHERE: tuple[Medium, ...] = ("console", "page", "recording")

@@ -11,9 +11,9 @@ from dataclasses import dataclass, fields
 
 from sinssim.algorithms import REGISTRY
 from sinssim.errors import InputError
-from sinssim.formatting import listed
 from sinssim.system.extensions import Item, Outline
 from sinssim.system.registries import Registry, Sentences, sentence_of
+from sinssim.units import listed
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ AXES: dict[str, str] = {
     "north": "velocity and attitude in north, east, down, each at its own place",
     "transported": "those of the true place carried to that of the solution without a turn about the vertical",
 }
-"""Ways to compare velocity and attitude at two places, see `sinssim.strapdown.solution_coordinates`."""
+"""Ways to compare velocity and attitude at two places, see `sinssim.strapdown.navigation_error`."""
 
 OF_TRUTH = "truth"
 """The navigator's ellipsoid if it is that of the truth."""

@@ -8,10 +8,10 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import AfterValidator, ConfigDict, Field, ValidationError, model_validator
 
+from sinssim.data import described
 from sinssim.errors import InputError, unknown_name
-from sinssim.formatting import listed
-from sinssim.system.short_repr import described
 from sinssim.toml_file import Table, report
+from sinssim.units import listed
 
 
 def _tuples(value: Any) -> Any:

@@ -37,7 +37,7 @@ LAYERS = [
 """The top-level folders, each of which may import those before it. The files of the top level belong to the first."""
 
 HOMES = {
-    "rerun": {"recording.rerun", "experiments.run.run_scores", "*_recording"},
+    "rerun": {"recording.rerun", "experiments.run.run_scores", "experiments.run.one_component_exhibits", "*_recording"},
     "rerun_cli": {"recording.rerun"},
     "jsbsim": {"truth.flight", "truth.aircraft_design"},
     "filterpy": {"estimation"},

@@ -29,7 +29,6 @@ from sinssim.arguments import (
 from sinssim.data import ImuData, Measurements, NavSolution, NavState
 from sinssim.earth.ellipsoids import normal
 from sinssim.errors import InputError, SinssimWarning, nearest, printable, respelled, shortened, unknown_name, warn
-from sinssim.formatting import capital, number_text, signed, size_text
 from sinssim.strapdown.mechanization import (
     distance_from_pole,
     nearest_allowed,
@@ -38,6 +37,7 @@ from sinssim.strapdown.mechanization import (
     sentence,
     too_near,
 )
+from sinssim.units import capital, number_text, signed, size_text
 
 
 @pytest.mark.parametrize(

@@ -37,10 +37,9 @@ from sinssim.experiments.studies.study_results import Evidence
 from sinssim.experiments.studies.trade_schema import MOST_CELLS
 from sinssim.experiments.study import FORM, load_study, sweep
 from sinssim.logs.formats.registry import read_file
-from sinssim.logs.increments import made_increments
 from sinssim.logs.numeric_columns import bad_row
 from sinssim.logs.recorded_log import _check_scale
-from sinssim.logs.recorded_streams import InertialStream
+from sinssim.logs.recorded_streams import InertialStream, made_increments
 from sinssim.logs.track import track_format
 from sinssim.recording.rerun.viewer import _is_timed
 from sinssim.scenario import load_scenario

@@ -26,9 +26,9 @@ from sinssim.arguments import POSITIVE, check_kind, names, number, vector
 from sinssim.data import Array, ImuData, Measurements, NavState
 from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.errors import InputError, check_name
-from sinssim.formatting import capital
 from sinssim.sensors.aiding.gnss import USUAL, first_course
 from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.units import capital
 
 if TYPE_CHECKING:
     from sinssim.logs.log_settings import LogStart

@@ -32,15 +32,13 @@ from sinssim.alignment.determination import Determination, determine, doubt, mea
 from sinssim.alignment.disturbed_base import align_disturbed
 from sinssim.alignment.parked_theory import Angles, Attitude, coefficients, linear
 from sinssim.charts import Axis, Bars, Chart, Charts, Dots, Line, Mark, Remark, Rule
-from sinssim.data import Array, ImuData
+from sinssim.data import Array, ImuData, html_table, short_repr
 from sinssim.errors import InputError
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table
-from sinssim.formatting import capital
 from sinssim.recording.result import Media, Result, write_shown
 from sinssim.recording.streams import Stream
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.system.short_repr import html_table, short_repr
-from sinssim.units import ANGLE_SCALE, ARCMIN, ARCSEC, DEG, DEG_H, fixed, suiting
+from sinssim.units import ANGLE_SCALE, ARCMIN, ARCSEC, DEG, DEG_H, capital, fixed, suiting
 
 if TYPE_CHECKING:
     from sinssim.sensors.imu.imu import Imu

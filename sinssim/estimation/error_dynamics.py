@@ -23,7 +23,7 @@ Systems, 2nd ed. 2013, 14.2.3):
 
 The filter's state has them along north, east and down of the solution, and velocity and attitude relative to a local
 level that goes along with the position's error: the level turns by θ = (δr_E/(R₂+h), −δr_N/(R₁+h), 0), and not about
-the vertical (`sinssim.strapdown.solution_coordinates`). With C from Earth-fixed axes into north, east, down
+the vertical (`sinssim.strapdown.navigation_error`). With C from Earth-fixed axes into north, east, down
 
     δr_n = C δr_e,   δv_n = C δv_e + v × θ,   φ_n = C φ_e + θ      (4)
 
@@ -45,7 +45,7 @@ from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.estimation.state_model import INERTIAL, ErrorModel
 from sinssim.filters import GRAVITY
 from sinssim.sensors.measurement_kind import CORE, PHI, R, V, earth_rate, earth_rate_slope, skew
-from sinssim.strapdown.solution_coordinates import turn_of_north
+from sinssim.strapdown.navigation_error import turn_of_north
 
 _LATITUDE_STEP, _HEIGHT_STEP = 1e-4, 100.0  # rad, m: steps for differences of gravity, accurate to 1e-8 of its gradient
 

@@ -43,7 +43,7 @@ from sinssim.sensors.measurement_kind import CORE
 from sinssim.sensors.vibration_noise import AddedNoise, vibration
 from sinssim.strapdown.mechanization import Mechanization, Options, chosen, route_along
 from sinssim.strapdown.navigate import Segments, navigate, navigate_in_field
-from sinssim.strapdown.solution_coordinates import axes_of
+from sinssim.strapdown.navigation_error import axes_of
 from sinssim.system.process import give_back_memory
 
 
@@ -225,7 +225,7 @@ def estimate(
         row_s: least time between stored rows of the history and covariances, s; by default there is one at every
             measurement and every second. Each row holds six n × n matrices.
         axes: axes of the errors, see `ErrorModel.axes`; by default those of
-            `sinssim.strapdown.solution_coordinates.axes_of` for the pure inertial solution and the position
+            `sinssim.strapdown.navigation_error.axes_of` for the pure inertial solution and the position
             measurements.
         added_noise: noise of the inertial sensors in addition to the model's, along the run, for example by vibration
             (`sinssim.sensors.vibration_noise`).

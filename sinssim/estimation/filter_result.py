@@ -11,13 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import rotation
-from sinssim.data import Array, NavSolution, NavState
+from sinssim.data import Array, NavSolution, NavState, short_repr
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import RunError
 from sinssim.estimation.state_model import NAVIGATION, ErrorModel
-from sinssim.strapdown.navigation_error import navigation_error
-from sinssim.strapdown.solution_coordinates import carried
-from sinssim.system.short_repr import short_repr
+from sinssim.strapdown.navigation_error import carried, navigation_error
 
 Kind = Literal["state", "initial state", "measurement noise", "inertial noise", "bias walk"]
 """Kinds of hypotheses."""

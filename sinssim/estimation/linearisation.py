@@ -36,7 +36,7 @@ from sinssim.sensors.imu.encoder import Encoders
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.measurement_kind import CORE, PHI, Comparison, MeasurementKind, V, earth_rate
 from sinssim.sensors.vibration_noise import AddedNoise
-from sinssim.strapdown.solution_coordinates import POLAR_LIMIT, carried
+from sinssim.strapdown.navigation_error import POLAR_LIMIT, carried
 
 
 def rows_of(state: NavState | NavSolution, rows: NDArray[np.intp] | slice) -> NavState:

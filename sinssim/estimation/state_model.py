@@ -2,7 +2,7 @@
 
 The state is an error. For navigation it is solution minus truth, as in `sinssim.strapdown.navigation_error`: position
 and velocity north, east, down, and the attitude φ with C_solution = (I − [φ×]) C_true; near a pole velocity and
-attitude are compared without a turn about the vertical (`sinssim.strapdown.solution_coordinates`). For a sensor
+attitude are compared without a turn about the vertical (`sinssim.strapdown.navigation_error`). For a sensor
 parameter it is the true value minus the compensated value, so that the state of a gyro bias is the remaining bias of
 the increments that the engine receives.
 
@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sinssim.arguments import POSITIVE, check_kind, names, number, numbers
-from sinssim.data import Array
+from sinssim.data import Array, short_repr
 from sinssim.errors import InputError, check_name, shortened, unknown_name
 from sinssim.frames import AXES
 from sinssim.sensors import flicker
@@ -31,7 +31,6 @@ from sinssim.sensors.aiding_registry import own_errors
 from sinssim.sensors.imu.error_term_table import FIELDS, SLOTS, TERMS
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp, check_sigmas
-from sinssim.system.short_repr import short_repr
 
 _NED = ("north", "east", "down")
 _BODY = ("forward", "right", "down")

@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Self
 
 from sinssim.errors import InputError, shortened
-from sinssim.formatting import capital
 from sinssim.progress import Progress
 from sinssim.recording.result import versions
 from sinssim.system.files import (
@@ -33,6 +32,7 @@ from sinssim.system.files import (
     write_text,
     written,
 )
+from sinssim.units import capital
 
 _NUMERIC = ("sinssim", "jsbsim", "numpy", "scipy", "numba", "filterpy")
 """Software whose versions must be the same throughout an experiment."""

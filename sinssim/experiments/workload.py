@@ -17,9 +17,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 from sinssim.errors import InputError, shortened
-from sinssim.formatting import duration_text
 from sinssim.progress import Progress
 from sinssim.scenario.planned_limits import expected_duration
+from sinssim.units import duration_text
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario

@@ -18,10 +18,19 @@ from sinssim.data import Array, ImuData, Measurements
 from sinssim.errors import InputError
 from sinssim.logs.gps_time import FileClock, Instant, date_of, file_clock, gps_instant, offset
 from sinssim.logs.imu_samples import WITHOUT_GRAVITY, without_gravity
-from sinssim.logs.increments import bridge_noise, gap_words, made_increments
 from sinssim.logs.log_files import fix_stream, inertial_stream, other_stream, solution_stream
 from sinssim.logs.log_settings import Log, LogFile, LogGnss, LogImu, LogOther, LogReference
-from sinssim.logs.recorded_streams import NO_FIX, Clock, FixStream, InertialStream, OtherStream, SolutionStream
+from sinssim.logs.recorded_streams import (
+    NO_FIX,
+    Clock,
+    FixStream,
+    InertialStream,
+    OtherStream,
+    SolutionStream,
+    bridge_noise,
+    gap_words,
+    made_increments,
+)
 from sinssim.logs.reference_solution import Reference
 from sinssim.sensors.aiding_sensor import AidingReadings
 from sinssim.sensors.vibration_noise import AddedNoise

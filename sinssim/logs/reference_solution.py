@@ -17,14 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import earth, rotation
-from sinssim.data import Array, NavSolution, NavState
+from sinssim.data import Array, NavSolution, NavState, short_repr
 from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.earth.geodetic_coordinates import ecef_to_geodetic, geodetic_to_ecef, q_en
 from sinssim.errors import InputError
 from sinssim.logs.recorded_streams import SolutionStream
 from sinssim.logs.stored_run import RecordedRun
 from sinssim.strapdown.navigation_error import NavError, navigation_error
-from sinssim.system.short_repr import short_repr
 
 _DENSE = 0.34
 """Longest interval of rows between which every instant counts as known, s: a car's jerk changes by 15 m/s⁴, so that the

@@ -20,8 +20,7 @@ from sinssim.logs.gps_time import match_clock
 from sinssim.logs.recorded_streams import SolutionStream, Streams
 from sinssim.logs.reference_solution import Reference, TruthAt, interpolation_error, reference_of
 from sinssim.logs.stored_run import RecordedRun
-from sinssim.strapdown.navigation_error import NavError, navigation_error
-from sinssim.strapdown.solution_coordinates import axes_of
+from sinssim.strapdown.navigation_error import NavError, axes_of, navigation_error
 
 Rows = NDArray[np.intp]
 _EDGE = 1e-6  # s: a solution's stamps may lie this far outside the run, by rounding

@@ -22,13 +22,12 @@ from typing import Any, ClassVar, Generic, TypeVar
 import numpy as np
 
 import sinssim
-from sinssim.data import DROPPED, FROZEN, SATURATED, ImuData
+from sinssim.data import DROPPED, FROZEN, SATURATED, ImuData, html_table
 from sinssim.errors import InputError
 from sinssim.exhibits import Exhibits
-from sinssim.formatting import size_text
 from sinssim.recording.streams import Stream, Streams
 from sinssim.system.files import Draft, check_place, is_taken, publish, write_text, written
-from sinssim.system.short_repr import html_table
+from sinssim.units import size_text
 
 
 class RunDirectory:

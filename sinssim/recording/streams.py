@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sinssim.data import BLOCK, Array, Computed, ImuData, NavSolution, NavState, Rows, blocks
+from sinssim.data import BLOCK, Array, Computed, ImuData, NavSolution, NavState, Rows, blocks, described, html_table
 from sinssim.errors import InputError, unknown_name
 from sinssim.sensors.imu.faults import CHANNELS, channels_of
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.system import process
 from sinssim.system.files import draft
-from sinssim.system.short_repr import described, html_table
 from sinssim.truth.sampling import Channel, FlightEvent
 from sinssim.units import ARCSEC, MGAL
 

@@ -39,12 +39,11 @@ from sinssim.charts import (
     Sites,
     Weight,
 )
-from sinssim.data import Array
+from sinssim.data import Array, short_repr
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.earth.geodetic_coordinates import radii
 from sinssim.recording import style
 from sinssim.recording.style import thinned, tick_label, time_ticks
-from sinssim.system.short_repr import short_repr
 from sinssim.units import DEG, NAUTICAL_MILE, fixed
 
 _ROWS = 4096

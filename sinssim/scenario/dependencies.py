@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM, schedule
 from sinssim.errors import InputError, unknown_name
 from sinssim.filters import SHIPPED
-from sinssim.formatting import listed
 from sinssim.frames import check_correctable
 from sinssim.scenario.ensemble_section import check_variation
 from sinssim.scenario.filter_section import FilterSection
@@ -17,6 +16,7 @@ from sinssim.sensors.imu.error_term_table import OF_TURNS, TERMS, of_triad
 from sinssim.sensors.sets.sensor_set import Platform
 from sinssim.toml_section import Rules
 from sinssim.truth.flight.guidance import AIDED, TRUTH
+from sinssim.units import listed
 
 _OF_TURNS = (*OF_TURNS, "limit", "quantum")
 """Fields of the error terms that gyros on a platform do not have, because they sense no turns."""

@@ -314,7 +314,7 @@ def initial_state_with_errors(
     """
     from sinssim.earth.geodetic_coordinates import radii  # these need the compiler
     from sinssim.statistics.random_numbers import normals
-    from sinssim.strapdown.solution_coordinates import carried
+    from sinssim.strapdown.navigation_error import carried
 
     def draw(term: str, *sigma: float) -> Array:
         return np.array([s * normals(seed, f"initial {term}", i, 1)[0] if s else 0.0 for i, s in enumerate(sigma)])

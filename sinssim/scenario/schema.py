@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 import tomli_w
 
+from sinssim.data import html_lines
 from sinssim.errors import InputError, shortened
 from sinssim.logs.log_settings import Log
 from sinssim.logs.track import Track
 from sinssim.scenario.dependencies import DEPENDENCIES
 from sinssim.scenario.tables import AnyClosedForm, Tables
-from sinssim.system.short_repr import html_lines
 from sinssim.truth.flight.flight import Flight
 from sinssim.truth.motions.parked_and_great_circle import GreatCircleFlight, ParkedVehicle
 from sinssim.truth.motions.rocket import Rocket

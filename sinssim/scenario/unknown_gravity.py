@@ -26,11 +26,10 @@ import numpy as np
 from sinssim.earth import gravity_ned
 from sinssim.estimation.state_model import Block
 from sinssim.filters import GRAVITY
-from sinssim.formatting import number_text
 from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.true_motion import true_motion, unknown_field
 from sinssim.truth.flight.flight_plan import planned_path
-from sinssim.units import ARCSEC, G0, MGAL, UG
+from sinssim.units import ARCSEC, G0, MGAL, UG, number_text
 
 if TYPE_CHECKING:
     from sinssim.data import Array

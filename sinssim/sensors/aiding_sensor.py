@@ -19,10 +19,9 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
 from sinssim import earth, rotation
-from sinssim.data import Array, ImuData, Measurements, NavState
+from sinssim.data import Array, ImuData, Measurements, NavState, short_repr
 from sinssim.errors import InputError
 from sinssim.sensors.measurement_kind import MeasurementKind
-from sinssim.system.short_repr import short_repr
 from sinssim.toml_section import LeverArm, Moment, Noise, Rate, Section, Span
 from sinssim.truth.sampling import block_state, part_by_part, sample_edges
 from sinssim.truth.trajectory import Trajectory

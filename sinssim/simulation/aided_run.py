@@ -34,7 +34,7 @@ from sinssim.sensors.aiding_sensor import AidingReadings, Vehicle
 from sinssim.sensors.imu.encoder import Encoders, encoders_of, turned_in
 from sinssim.sensors.vibration_noise import AddedNoise, vibration, vibration_noise
 from sinssim.simulation.truth_comparison import Aided, InertialParameters, compare_with_truth
-from sinssim.strapdown.solution_coordinates import axes_along
+from sinssim.strapdown.navigation_error import axes_along
 from sinssim.system.process import give_back_memory, shared
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ import numpy as np
 from sinssim.algorithms import PLATFORM
 from sinssim.alignment.alignment_budget import expected_errors
 from sinssim.alignment.initial_conditions import aligned_state, alignment_samples
-from sinssim.data import Array, ImuData, NavSolution
+from sinssim.data import Array, ImuData, NavSolution, short_repr
 from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.frames import BARO_TIME_CONSTANT
@@ -30,7 +30,6 @@ from sinssim.sensors.sets.sensor_readings import Readings
 from sinssim.simulation.truth_and_sensors import RecordedMotion, Truth
 from sinssim.strapdown.navigation_error import diverged
 from sinssim.system.process import thread_pool
-from sinssim.system.short_repr import short_repr
 
 if TYPE_CHECKING:
     from sinssim.data import NavState

@@ -16,10 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.data import Array, ImuData, Measurements, NavSolution
+from sinssim.data import Array, ImuData, Measurements, NavSolution, short_repr
 from sinssim.errors import RunError, shortened
-from sinssim.formatting import number_text
-from sinssim.system.short_repr import short_repr
+from sinssim.units import number_text
 
 VERSION = 1
 MAGIC = b"SINSSIM\0"

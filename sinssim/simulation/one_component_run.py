@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sinssim.arguments import first_not_finite
-from sinssim.data import Array
+from sinssim.data import Array, short_repr
 from sinssim.errors import RunError
 from sinssim.statistics.random_numbers import normals
 from sinssim.strapdown.one_component_system import (
@@ -26,7 +26,6 @@ from sinssim.strapdown.one_component_system import (
     simulate_measured,
     simulate_two_integrals,
 )
-from sinssim.system.short_repr import short_repr
 from sinssim.truth.one_component import (
     ArmAccelerometer,
     OneComponent,

@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.errors import InputError
-from sinssim.formatting import listed
 from sinssim.rotation import conjugate, euler_from_quaternion, multiply, rotate
 from sinssim.scenario.true_motion import mounting
 from sinssim.statistics.requirements import BY_PATH, MISS
@@ -31,7 +30,7 @@ from sinssim.truth.flight.guidance import TRUTH
 from sinssim.truth.flight.legs.landing import LandLeg
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.truth.flight.planned_path import Begin, Beside, PlannedTrack
-from sinssim.units import DEG, NAUTICAL_MILE
+from sinssim.units import DEG, NAUTICAL_MILE, listed
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

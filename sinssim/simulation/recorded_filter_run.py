@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from sinssim import earth
 from sinssim.alignment.initial_conditions import RecordedStart, recorded_start
-from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
+from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState, short_repr
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError
 from sinssim.estimation import ErrorModel, Estimate, Smoothed
@@ -33,7 +33,6 @@ from sinssim.sensors.aiding_sensor import AidingReadings, AidingSensor, Vehicle
 from sinssim.simulation.aided_run import coarse_alignment, filtered
 from sinssim.simulation.truth_comparison import Aided, Rows
 from sinssim.strapdown.navigation_error import NavError
-from sinssim.system.short_repr import short_repr
 from sinssim.truth.sampling import Channel, FlightEvent
 from sinssim.units import ARCMIN
 

@@ -11,16 +11,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sinssim.data import NavSolution
+from sinssim.data import NavSolution, short_repr
 from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.errors import InputError
 from sinssim.progress import Progress
 from sinssim.scenario.planned_limits import check_times
 from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.aiding_sensor import Vehicle
-from sinssim.strapdown.navigation_error import NavError, navigation_error
-from sinssim.strapdown.solution_coordinates import axes_along, axes_of
-from sinssim.system.short_repr import short_repr
+from sinssim.strapdown.navigation_error import NavError, axes_along, axes_of, navigation_error
 from sinssim.truth.sampling import FlightEvent
 
 if TYPE_CHECKING:

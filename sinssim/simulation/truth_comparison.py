@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.data import Array, ImuData, NavSolution, blocks
+from sinssim.data import Array, ImuData, NavSolution, blocks, short_repr
 from sinssim.estimation import ErrorModel, Estimate, nominal_errors, state_errors
 from sinssim.estimation.linearisation import rows_of, solution_of
 from sinssim.estimation.state_model import NAVIGATION, crossing_time
@@ -26,7 +26,6 @@ from sinssim.sensors.sets.sensor_readings import TrueErrors
 from sinssim.sensors.sets.sensor_set import Redundant, SensorSet
 from sinssim.sensors.sets.single_sensors import APART
 from sinssim.strapdown.navigation_error import NavError, navigation_error
-from sinssim.system.short_repr import short_repr
 
 if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory

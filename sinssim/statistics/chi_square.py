@@ -42,9 +42,8 @@ import scipy
 from numpy.typing import NDArray
 
 from sinssim.arguments import doubles, number
-from sinssim.data import Array
+from sinssim.data import Array, short_repr
 from sinssim.errors import InputError
-from sinssim.system.short_repr import short_repr
 
 
 @short_repr

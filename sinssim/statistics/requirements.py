@@ -34,10 +34,9 @@ from numpy.typing import NDArray
 from sinssim.charts import Limit
 from sinssim.data import Array
 from sinssim.errors import InputError, shortened, unknown_name
-from sinssim.formatting import number_text
 from sinssim.statistics.chi_square import root_mean_square_band
-from sinssim.statistics.percentiles import percentile
-from sinssim.units import ANGLES, LENGTHS, SPEEDS, TIMES
+from sinssim.statistics.circular_error import percentile
+from sinssim.units import ANGLES, LENGTHS, SPEEDS, TIMES, number_text
 
 CIRCLES = ("cep", "r95", "rate")
 """Quantities of the horizontal error, whose limits belong to the chart of CEP and R95."""

@@ -43,7 +43,7 @@ from numpy.typing import ArrayLike, NDArray
 from sinssim import earth, rotation
 from sinssim.algorithms import PLATFORM
 from sinssim.arguments import checked_initial, first_not_finite, not_finite_in
-from sinssim.data import Array, NavSolution, NavState
+from sinssim.data import Array, NavSolution, NavState, short_repr
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError, RunError
 from sinssim.jit import bind, inline
@@ -77,8 +77,7 @@ from sinssim.strapdown.frames.navigation_problem import (
     start_loop_k,
 )
 from sinssim.strapdown.mechanization import Mechanization, Options, chosen, route_pole, too_near
-from sinssim.strapdown.solution_coordinates import POLAR_LIMIT
-from sinssim.system.short_repr import short_repr
+from sinssim.strapdown.navigation_error import POLAR_LIMIT
 
 _BLOCK = 256  # number of samples whose random numbers are drawn together
 _ZERO = (0.0, 0.0, 0.0)

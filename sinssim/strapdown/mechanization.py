@@ -27,7 +27,6 @@ from sinssim.arguments import POSITIVE, number, vector
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import GRAVITY_MODELS, Ellipsoid, ellipsoid_by_name, normal
 from sinssim.errors import InputError, check_name
-from sinssim.formatting import listed
 from sinssim.frames import (
     BARO_TIME_CONSTANT,
     CURVATURES,
@@ -40,6 +39,7 @@ from sinssim.frames import (
     frames_that,
 )
 from sinssim.system.registries import ensure
+from sinssim.units import listed
 
 TURN_LIMIT = 0.005
 """Largest rotation of the frame about the vertical in one step, rad."""

@@ -1,6 +1,23 @@
 """Errors of a navigation solution against the truth: position, velocity and attitude in true north, east, down.
 
 In numbers, an error is given at the end, as its root mean square and as its largest value.
+
+Every solution has geodetic coordinates, velocity north-east-down and q_nb. These functions give the same motion in
+Earth-fixed axes, in inertial axes that coincide with them at the first instant, along the axes of a frame with an
+azimuth of its own, and in the conditional coordinates of a route.
+
+Axes near a pole. North-east-down turns without bound there. An error of navigation compares velocity and attitude at
+two places, that of the solution and the true one. Each has its own north. Between places one metre apart the two norths
+differ by tan φ/R, 1.6e-7 rad/m at 45° and 1/d at the distance d from a pole, where the difference says nothing about
+the navigation. There the true values are carried to the solution's place along the great circle instead, without a turn
+about the vertical (parallel transport), and compared in the solution's north, east, down. Nothing in such an error is
+singular; its components are along north and east of the solution's place, as long as that is not the pole itself, where
+they are along those of its longitude.
+
+The great circle between two places has the azimuths α₀ and α₁ at its ends. A vector that is carried along it turns
+relative to north by ψ = α₁ − α₀ (Napier's analogies for the triangle with the pole):
+
+    tan ψ/2 = sin ½(φ₀+φ₁) sin ½Δλ / (cos ½(φ₁−φ₀) cos ½Δλ)                                                          (1)
 """
 
 from __future__ import annotations
@@ -10,20 +27,19 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import cos, sin
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from sinssim import rotation, units
-from sinssim.data import Array, NavSolution, NavState, blocks
-from sinssim.earth.ellipsoids import WGS84, Ellipsoid
-from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
+from sinssim.data import Array, NavSolution, NavState, blocks, short_repr
+from sinssim.earth import ecef_to_eci, geodetic_to_ecef, q_en
+from sinssim.earth.ellipsoids import WGS84, Ellipsoid, normal
 from sinssim.errors import InputError, RunError, check_name
-from sinssim.frames import AXES
+from sinssim.frames import AXES, FRAME_REGISTRY
 from sinssim.jit import strict_kernel
 from sinssim.rotation.quaternions import multiply_k, rotation_vector_from_quaternion_k
-from sinssim.strapdown.solution_coordinates import turn_of_north, turned, turned_attitude
-from sinssim.system.short_repr import short_repr
 
 
 @short_repr
@@ -31,7 +47,7 @@ from sinssim.system.short_repr import short_repr
 class NavError:
     """Errors of a navigation solution, row by row, in the local level of the true position.
 
-    In transported axes (`sinssim.strapdown.solution_coordinates`) north and east are those of the solution's position,
+    In transported axes (`sinssim.strapdown.navigation_error`) north and east are those of the solution's position,
     and velocity and attitude are compared with the true values, transported to this position without a rotation about
     the vertical.
 
@@ -230,3 +246,147 @@ def diverged(errors: Mapping[str, NavError]) -> dict[str, RunError]:
         time = float(error.time[int(np.argmin(finite))])
         failures[name] = RunError(f"its errors are not finite from t = {time:.2f} s on: it diverged.", time=time)
     return failures
+
+
+class EarthFixed(NamedTuple):
+    """Motion in Earth-fixed axes."""
+
+    position: Array  # r_e, (N, 3) m
+    velocity: Array  # v_e relative to the Earth, (N, 3) m/s
+    q_eb: Array  # attitude relative to the Earth's axes, (N, 4)
+
+
+class Inertial(NamedTuple):
+    """Motion in inertial axes, which coincide with the Earth's at one instant, by default the first."""
+
+    position: Array  # r_i, (N, 3) m
+    velocity: Array  # absolute velocity dr_i/dt, (N, 3) m/s
+    q_ib: Array  # attitude relative to the inertial axes, (N, 4)
+    angles: Array  # Euler angles ZYX of q_ib, about x in (−π, π], y in [−π/2, π/2] and z in [0, 2π), (N, 3) rad
+
+
+class LevelAxes(NamedTuple):
+    """Motion along the axes of a local-level frame with an azimuth of its own."""
+
+    azimuth: Array  # direction of the x axis, clockwise from north, (N,) rad
+    velocity: Array  # along x, y and down, relative to the Earth, (N, 3) m/s
+    heading: Array  # clockwise from the x axis, in [0, 2π), (N,) rad
+
+
+class Conditional(NamedTuple):
+    """Conditional (orthodromic) coordinates: a sphere of normals with the route as its equator."""
+
+    latitude: Array  # angle of the ellipsoid's normal from the plane of the route, positive to its left, (N,) rad
+    longitude: Array  # angle along the route from its start, in (−π, π], (N,) rad
+    axes: LevelAxes
+    """Velocity and heading relative to conditional north, the direction to the pole of the route. A vehicle that flies
+    along the route has the conditional heading 90°.
+    """
+
+
+def earth_fixed(state: NavState | NavSolution, ellipsoid: Ellipsoid = WGS84) -> EarthFixed:
+    """Return a motion in Earth-fixed axes: N rows."""
+    s, turn = state, q_en(state.latitude, state.longitude)
+    position = geodetic_to_ecef(s.latitude, s.longitude, s.height, ellipsoid)
+    return EarthFixed(position, rotation.rotate(turn, s.velocity_ned), rotation.multiply(turn, s.q_nb))
+
+
+def inertial(
+    state: NavState | NavSolution, time: Array, ellipsoid: Ellipsoid = WGS84, start: float | None = None
+) -> Inertial:
+    """Return a motion at (N,) s in the inertial axes that are the Earth's at `start`, s, by default the first."""
+    fixed, since = earth_fixed(state, ellipsoid), time - (time[0] if start is None else start)
+    x, y, _ = fixed.position.T
+    velocity = fixed.velocity + ellipsoid.omega * np.stack([-y, x, np.zeros_like(x)], axis=1)  # v + ω × r
+    half = 0.5 * ellipsoid.omega * since
+    turn = np.stack([np.cos(half), np.zeros_like(half), np.zeros_like(half), np.sin(half)], axis=1)
+    q_ib = rotation.multiply(turn, fixed.q_eb)
+    return Inertial(
+        ecef_to_eci(fixed.position, since, ellipsoid),
+        ecef_to_eci(velocity, since, ellipsoid),
+        q_ib,
+        np.stack(rotation.euler_from_quaternion(q_ib), axis=1),
+    )
+
+
+def level_axes(state: NavState | NavSolution, azimuth: Array | None = None) -> LevelAxes:
+    """Return a motion along the axes of a local-level frame at an azimuth, rad; by default the solution's own."""
+    if azimuth is None:
+        azimuth = getattr(state, "azimuth", None)
+        if azimuth is None:
+            raise InputError(
+                "the solution has no azimuth of its own: it was not navigated in the frame wander, free-azimuth or "
+                "transverse. Give the azimuth of the axes."
+            )
+    c, s = np.cos(azimuth), np.sin(azimuth)
+    north, east, down = state.velocity_ned.T
+    velocity = np.stack([c * north + s * east, c * east - s * north, down], axis=1)
+    heading = rotation.euler_from_quaternion(state.q_nb)[2] - azimuth
+    return LevelAxes(azimuth, velocity, rotation.heading_in("0..360", heading))
+
+
+def conditional(state: NavState | NavSolution, pole: Array, start: tuple[float, float] | None = None) -> Conditional:
+    """Return a motion in the conditional coordinates of a route: N rows.
+
+    `pole` is that of the route's great circle, to the left of the route, see
+    `sinssim.strapdown.mechanization.route_pole`; `start` are latitude and longitude of its start, rad, by default those
+    of the first row.
+    """
+    first = (float(state.latitude[0]), float(state.longitude[0])) if start is None else start
+    up = normal(state.latitude, state.longitude)
+    ahead = np.cross(pole, normal(*first))  # along the route at its start
+    ahead /= np.linalg.norm(ahead)
+    origin = np.cross(ahead, pole)
+    latitude = np.arctan2(up @ pole, np.hypot(up @ origin, up @ ahead))
+    to_pole = rotation.rotate(rotation.conjugate(q_en(state.latitude, state.longitude)), pole)
+    azimuth = np.arctan2(to_pole[:, 1], to_pole[:, 0])
+    return Conditional(latitude, np.arctan2(up @ ahead, up @ origin), level_axes(state, azimuth))
+
+
+POLAR_LIMIT = math.radians(89.9)
+"""Latitude beyond which a frame that points north turns too fast, and a reading relative to north has no meaning."""
+
+POLAR_REGION = math.radians(89.0)
+"""Latitude beyond which a run's errors are compared in transported axes: 1 m turns north by 1.9″ there."""
+
+
+def axes_of(frame: str, *latitudes: ArrayLike) -> str:
+    """Return the axes in which the errors of a run that reaches some latitudes, rad, are compared.
+
+    They are "transported" for a frame that passes the poles and a run that enters a polar region, else "north".
+    """
+    polar = any(np.any(np.abs(latitude) > POLAR_REGION) for latitude in latitudes)
+    return "transported" if polar and FRAME_REGISTRY[frame].passes_poles else "north"
+
+
+def axes_along(frame: str, state: Callable[[Array], NavState], start: float, end: float) -> str:
+    """Return `axes_of` a run along a known motion, a function of times, which is looked at once a second."""
+    if not FRAME_REGISTRY[frame].passes_poles:
+        return "north"
+    return axes_of(frame, state(np.append(np.arange(start, end), end)).latitude)
+
+
+def turn_of_north(latitude0: Array, longitude0: Array, latitude1: Array, longitude1: Array) -> Array:
+    """Return ψ of (1), clockwise from north, (N,) rad: the turn of a vector carried from place to place."""
+    half = 0.5 * (longitude1 - longitude0)
+    across = np.sin(0.5 * (latitude0 + latitude1)) * np.sin(half)
+    return np.asarray(2.0 * np.arctan2(across, np.cos(0.5 * (latitude1 - latitude0)) * np.cos(half)))
+
+
+def turned(vector: Array, psi: Array) -> Array:
+    """Return vectors, (N, 3), turned about the vertical by ψ, clockwise from north, (N,) rad."""
+    c, s = np.cos(psi), np.sin(psi)
+    north, east, down = vector.T
+    return np.stack([c * north - s * east, s * north + c * east, down], axis=1)
+
+
+def turned_attitude(q_nb: Array, psi: Array) -> Array:
+    """Return attitudes q_nb, (N, 4), turned about the vertical by ψ, clockwise from north, (N,) rad."""
+    none = np.zeros_like(psi)
+    return rotation.multiply(np.stack([np.cos(0.5 * psi), none, none, np.sin(0.5 * psi)], axis=1), q_nb)
+
+
+def carried(state: NavState, latitude: Array, longitude: Array, height: Array) -> NavState:
+    """Return states at other places, (N,) rad and m, with velocity and attitude carried there."""
+    psi = turn_of_north(state.latitude, state.longitude, latitude, longitude)
+    return NavState(latitude, longitude, height, turned(state.velocity_ned, psi), turned_attitude(state.q_nb, psi))

@@ -21,8 +21,8 @@ from types import ModuleType
 from typing import Any
 
 from sinssim.errors import InputError, SinssimError, shortened
-from sinssim.formatting import listed
 from sinssim.system.files import read_bytes
+from sinssim.units import listed
 
 SINGULAR: dict[str, str] = {
     "algorithms": "attitude algorithm",

@@ -29,7 +29,7 @@ from typing import Self, TextIO
 
 from sinssim import __version__
 from sinssim.errors import InputError
-from sinssim.formatting import size_text
+from sinssim.units import size_text
 
 _KINDS = (
     (stat.S_ISFIFO, "a named pipe"),
@@ -46,7 +46,7 @@ def user_file(path: Path) -> Path:
     kind = next((words for test, words in _KINDS if test(stat.st_mode)), None)
     if kind is not None:
         raise InputError(f"{path} is {kind}, not an ordinary file. Copy its contents to a file, and give that.")
-    from sinssim.system.process import machine_memory  # which loads numpy
+    from sinssim.system.process import machine_memory
 
     if stat.st_size > machine_memory():
         raise InputError(

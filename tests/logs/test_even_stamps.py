@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sinssim.data import Array
-from sinssim.logs.increments import even_stamps
+from sinssim.logs.recorded_streams import even_stamps
 
 RNG = np.random.default_rng(7)
 

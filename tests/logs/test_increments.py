@@ -11,8 +11,7 @@ import sinssim
 from sinssim.arguments import checked_increments
 from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.logs.increments import bridge_noise, gap_words, made_increments
-from sinssim.logs.recorded_streams import InertialStream
+from sinssim.logs.recorded_streams import InertialStream, bridge_noise, gap_words, made_increments
 from tests.logs.drive import drive
 
 TRUTH = drive(40.0)

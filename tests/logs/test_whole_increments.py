@@ -7,8 +7,7 @@ import pytest
 
 from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.logs.increments import bridge_noise, gap_words, made_increments
-from sinssim.logs.recorded_streams import InertialStream
+from sinssim.logs.recorded_streams import InertialStream, bridge_noise, gap_words, made_increments
 
 GYRO = np.array([[1.0, -2.0, 3.0], [2.0, 4.0, -1.0], [5.0, 0.0, 7.0], [3.0, 8.0, -5.0]])
 ACCEL = 10.0 * GYRO + np.array([0.5, 0.25, 0.125])

@@ -12,10 +12,9 @@ from sinssim.logs.column_description import LogDescription
 from sinssim.logs.column_names import TIME_UNITS, epoch_unit, unit_in_name
 from sinssim.logs.gps_time import date_seconds
 from sinssim.logs.imu_samples import joined, read_samples, slow, with_gravity, with_readings, without_gravity
-from sinssim.logs.increments import even_stamps
 from sinssim.logs.log_settings import LogImu
 from sinssim.logs.numeric_columns import CutRows, cut_rows, read_numbers, read_rows, selected_text, text_rows
-from sinssim.logs.recorded_streams import Clock
+from sinssim.logs.recorded_streams import Clock, even_stamps
 
 NAN = float("nan")
 

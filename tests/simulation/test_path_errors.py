@@ -19,7 +19,6 @@ from sinssim.exhibits import Exhibits, Sentence, Table
 from sinssim.experiments.ensembles.ensemble_verdicts import estimate
 from sinssim.experiments.run.filter_summary import Moment
 from sinssim.experiments.run.parts.guided_flight import Displaced
-from sinssim.formatting import signed
 from sinssim.recording.page import page_of
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.simulation import path_errors as kept
@@ -44,6 +43,7 @@ from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.truth.flight.planned_path import PlannedTrack, great_circle
 from sinssim.truth.trajectory import FlightEvent
+from sinssim.units import signed
 
 NMI = 1852.0
 RUNS = 200

@@ -9,8 +9,7 @@ from scipy.spatial.transform import Rotation
 from sinssim import earth
 from sinssim.data import NavSolution, NavState
 from sinssim.errors import InputError
-from sinssim.strapdown.navigation_error import navigation_error
-from sinssim.strapdown.solution_coordinates import axes_along, axes_of, carried, turn_of_north
+from sinssim.strapdown.navigation_error import axes_along, axes_of, carried, navigation_error, turn_of_north
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 from tests.oracles import integrator as oracle
 from tests.oracles.transported import Array, smallest_rotation, wrong_by

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from sinssim import __version__, jit
+from sinssim.data import described, html_lines, html_table, short_repr
 from sinssim.errors import InputError
 from sinssim.experiments.experiment_directory import Kind, Store, read_manifest, written_files
 from sinssim.recording.result import RunDirectory, _beside
@@ -28,7 +29,6 @@ from sinssim.system.files import (
     write_text,
     written,
 )
-from sinssim.system.short_repr import described, html_lines, html_table, short_repr
 
 
 @pytest.mark.parametrize(
@@ -130,7 +130,7 @@ def test_the_mark_of_a_directory_lists_its_files(tmp_path: Path) -> None:
 def test_a_mark_that_cannot_be_one(tmp_path: Path, text: str) -> None:
     (tmp_path / MARK).write_text(text)
     assert written(tmp_path) is None
-    kind = Kind("m.json", ("x.csv",), "runs", "many", "an", "ensemble")
+    kind = Kind("m.json", ("x.csv",), "runs", "many", "an", "ensemble", "run", "runs")
     with pytest.raises(InputError, match="is damaged"):
         written_files(tmp_path, kind)
 
@@ -153,7 +153,7 @@ def test_links_and_folders_in_the_way(tmp_path: Path) -> None:
 
 
 def test_what_a_growing_directory_holds(tmp_path: Path) -> None:
-    kind = Kind("m.json", ("x.csv",), "runs", "many", "an", "ensemble")
+    kind = Kind("m.json", ("x.csv",), "runs", "many", "an", "ensemble", "run", "runs")
     assert written_files(tmp_path, kind) == ["m.json", "x.csv"]
     (tmp_path / MARK).write_text('{"files": ["x.csv", "report.html"]}')
     assert written_files(tmp_path, kind) == ["m.json", "x.csv", "report.html"]

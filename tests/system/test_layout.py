@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.formatting import listed
 from sinssim.system.extensions import SINGULAR, items_of, outline
+from sinssim.units import listed
 
 
 def test_a_project_brings_what_its_folders_hold(project: Path) -> None:

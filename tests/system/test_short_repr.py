@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import sinssim
+from sinssim.data import described, short_repr
 from sinssim.recording import streams
-from sinssim.system.short_repr import described, short_repr
 from sinssim.toml_section import Section
 from tests.experiments.ensembles.examples import AIDED, PARKED, scenario
 

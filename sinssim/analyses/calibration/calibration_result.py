@@ -18,18 +18,16 @@ from numpy.typing import NDArray
 
 from sinssim.analyses.calibration.calibration_problem import OBSERVABLE, Estimate, Parameter, errors_of, unobservable
 from sinssim.charts import Axis, Bars, Chart, Charts, Dots, Mark, Rule
-from sinssim.data import Array
+from sinssim.data import Array, html_table, short_repr
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table, Verbatim
-from sinssim.formatting import number_text
 from sinssim.recording.result import Json, Media, Result, versions
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.system.files import write_text
-from sinssim.system.short_repr import html_table, short_repr
 from sinssim.truth.motions.turntable import SEQUENCES
-from sinssim.units import ARCSEC, DEG_H, UG, fixed
+from sinssim.units import ARCSEC, DEG_H, UG, fixed, number_text
 
 FRAMES = {
     "separate": "the axes of the table's positions, in which [turntable] gives attitudes and turns",

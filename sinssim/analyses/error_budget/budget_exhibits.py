@@ -28,7 +28,6 @@ from sinssim.charts import TIME, Axis, Bars, Chart, Charts, Line, Mark, Shares
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.exhibits import Column, Exhibits, Interactive, Item, Section, Sentence, Table, Verdict, four_digits
-from sinssim.formatting import capital, number_text
 from sinssim.recording.result import Json, Media, versions, write_shown
 from sinssim.recording.streams import Stream, Vector, write_table
 from sinssim.recording.track_map import NOTE, Spread, track_map
@@ -36,7 +35,17 @@ from sinssim.scenario.plan_summary import named_places
 from sinssim.statistics import requirements
 from sinssim.statistics.requirements import CIRCLES, COMPONENTS, Judged, limits_of
 from sinssim.system.files import write_text
-from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, NAUTICAL_MILE, SPEED_SCALE, Scale, fixed, suiting
+from sinssim.units import (
+    ANGLE_SCALE,
+    LENGTH_SCALE,
+    NAUTICAL_MILE,
+    SPEED_SCALE,
+    Scale,
+    capital,
+    fixed,
+    number_text,
+    suiting,
+)
 
 _SHOWN, _ALONE, _RANKED = 8, 6, 12
 """Numbers of sources with a colour of their own, with a curve in a recording, and with bars."""

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.analyses.error_budget.error_sources import Source
-from sinssim.data import Array
+from sinssim.data import Array, html_table, short_repr
 from sinssim.errors import InputError, unknown_name
 from sinssim.recording.result import Media, Result
 from sinssim.recording.track_map import Track
@@ -34,7 +34,6 @@ from sinssim.statistics.requirements import (
     first_exceeded,
     parse_requirements,
 )
-from sinssim.system.short_repr import html_table, short_repr
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario

@@ -44,8 +44,8 @@ from sinssim.estimation.maximum_likelihood import (
     maximum,
     maximum_without_outliers,
 )
-from sinssim.formatting import number_text
 from sinssim.progress import Progress, silent
+from sinssim.units import number_text
 
 HELD_OUT = 1.0 / 3.0
 """Share of the data, at its end, that judges the keys by default."""

@@ -19,7 +19,6 @@ from sinssim.errors import InputError, RunError
 from sinssim.estimation.filter_loop import followed
 from sinssim.estimation.linear_replay import LinearPass, densities_of
 from sinssim.estimation.state_model import ErrorModel
-from sinssim.formatting import listed
 from sinssim.logs.recorded_log import gnss_readings
 from sinssim.scenario.filter_model import filter_model, with_states
 from sinssim.scenario.load import scenario_of_text
@@ -36,7 +35,7 @@ from sinssim.simulation.recorded_filter_run import Prepared, aid_recorded, all_r
 from sinssim.simulation.truth_and_sensors import RecordedMotion, sense, sense_recorded, truth_along
 from sinssim.system.files import read_text
 from sinssim.truth.motion import attitude
-from sinssim.units import DEG
+from sinssim.units import DEG, listed
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from sinssim.exhibits import Column, Exhibits, Item, Sentence, Table
-from sinssim.formatting import capital, listed, number_text
 from sinssim.recording.result import Media, Result
+from sinssim.units import capital, listed, number_text
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,8 @@ from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact
 from sinssim.analyses.inspection.stream_inspection import Inspection
 from sinssim.analyses.inspection.velocity_match import seen
 from sinssim.errors import SinssimError
-from sinssim.formatting import number_text
 from sinssim.progress import Progress, silent
+from sinssim.units import number_text
 
 if TYPE_CHECKING:
     from sinssim.estimation.filter_result import Innovations

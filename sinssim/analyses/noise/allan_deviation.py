@@ -37,9 +37,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.arguments import POSITIVE, doubles, number
-from sinssim.data import Array
+from sinssim.data import Array, short_repr
 from sinssim.errors import InputError, shortened
-from sinssim.system.short_repr import short_repr
 
 FEW = 64
 """Number of coefficients for which a term's departure from its spectrum (by the record's ends) is computed one by

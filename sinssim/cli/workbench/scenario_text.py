@@ -63,7 +63,7 @@ def _checked(text: str, file: Path) -> dict[str, Any]:
                 return {"mistakes": [], "plan": [], "left": left}
             if _is_study(data):
                 return {"mistakes": [], "plan": _of_study(text, file), "left": ""}
-            from sinssim.cli.commands.check import checked
+            from sinssim.cli.commands.run import checked
 
             plan = _scenario(text, file)
             if plan.source.recorded:

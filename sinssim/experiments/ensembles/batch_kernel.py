@@ -68,7 +68,7 @@ from sinssim.strapdown.frames.navigation_problem import (
     forces_k,
     loop_gains_k,
 )
-from sinssim.strapdown.solution_coordinates import POLAR_LIMIT
+from sinssim.strapdown.navigation_error import POLAR_LIMIT
 from sinssim.system.registries import on_change
 
 _LOW, _1, _32 = np.uint64(0xFFFFFFFF), np.uint64(1), np.uint64(32)

@@ -36,8 +36,7 @@ from sinssim.strapdown.coning_sculling import WINDOW, is_uniform, weight_table
 from sinssim.strapdown.frames.navigation_problem import NUMBERS, Channel, Increments, height_reference
 from sinssim.strapdown.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.navigate import navigate
-from sinssim.strapdown.navigation_error import navigation_error
-from sinssim.strapdown.solution_coordinates import axes_along
+from sinssim.strapdown.navigation_error import axes_along, navigation_error
 from sinssim.system.process import thread_pool
 
 if TYPE_CHECKING:

@@ -20,12 +20,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.data import Array
+from sinssim.data import Array, short_repr
 from sinssim.errors import InputError, RunError
 from sinssim.statistics.circular_error import to_nmi_h
 from sinssim.system.files import draft
 from sinssim.system.process import machine_memory
-from sinssim.system.short_repr import short_repr
 
 if TYPE_CHECKING:
     from sinssim.strapdown.navigation_error import NavError

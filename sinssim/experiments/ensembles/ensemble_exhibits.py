@@ -34,15 +34,26 @@ from sinssim.experiments.ensembles.ensemble_statistics import (
 )
 from sinssim.experiments.ensembles.ensemble_verdicts import looks_text, requirement_lines, verdict_text
 from sinssim.filters import GRAVITY
-from sinssim.formatting import capital, number_text, percent, signed, with_band
 from sinssim.recording.result import plain, software, versions, write_json, write_shown
 from sinssim.recording.style import RowNumbers, thinned
 from sinssim.sensors.imu.grades import grade_name
-from sinssim.statistics.circular_error import circle_radius
-from sinssim.statistics.percentiles import Percentile, runs_for_band
+from sinssim.statistics.circular_error import Percentile, circle_radius, runs_for_band
 from sinssim.statistics.requirements import CIRCLES, limits_of
 from sinssim.statistics.requirements import COMPONENTS as QUANTITIES
-from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, SPEED_SCALE, Scale, duration_words, fixed, suiting
+from sinssim.units import (
+    ANGLE_SCALE,
+    LENGTH_SCALE,
+    SPEED_SCALE,
+    Scale,
+    capital,
+    duration_words,
+    fixed,
+    number_text,
+    percent,
+    signed,
+    suiting,
+    with_band,
+)
 
 if TYPE_CHECKING:
     from sinssim.experiments.ensembles.ensemble_result import MeanSquare

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.data import Array, ImuData
+from sinssim.data import Array, ImuData, short_repr
 from sinssim.errors import InputError
 from sinssim.experiments.ensembles.ensemble_errors import WITHIN
 from sinssim.filters import SHIPPED
@@ -29,7 +29,6 @@ from sinssim.simulation.closed_loop import closed_loop, is_guided
 from sinssim.simulation.foreign_navigator import check_programs
 from sinssim.simulation.path_errors import check_path, path_columns
 from sinssim.simulation.truth_and_sensors import Truth, truth_along
-from sinssim.system.short_repr import short_repr
 from sinssim.truth.motions.walk import WalkMotion
 
 if TYPE_CHECKING:

@@ -11,16 +11,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.data import Array
+from sinssim.data import Array, html_table, short_repr
 from sinssim.errors import InputError
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, EVERYTHING, VECTORS, Errors
 from sinssim.experiments.ensembles.ensemble_plan import ALL, Member, member
 from sinssim.filters import GRAVITY
 from sinssim.recording.result import Media, Result
 from sinssim.statistics.chi_square import Band, mean_square_band
-from sinssim.statistics.circular_error import mean_rate
-from sinssim.statistics.percentiles import CEP_SHARE, R95_SHARE, Percentile, Spread, percentile, spread
-from sinssim.system.short_repr import html_table, short_repr
+from sinssim.statistics.circular_error import CEP_SHARE, R95_SHARE, Percentile, Spread, mean_rate, percentile, spread
 
 if TYPE_CHECKING:
     from sinssim.experiments.ensembles.ensemble_plan import Plan

@@ -26,7 +26,6 @@ from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers
 from sinssim.experiments.ensembles.ensemble_verdicts import Looks, check_kept
 from sinssim.experiments.experiment_directory import Experiment
 from sinssim.experiments.workload import Executor, Threads, check_workers, whole_number, work_through
-from sinssim.formatting import duration_text, size_text
 from sinssim.progress import Progress, shown
 from sinssim.recording.result import Media
 from sinssim.recording.streams import Stream, Vector
@@ -36,6 +35,7 @@ from sinssim.scenario.planned_limits import warn_of_limits
 from sinssim.simulation.foreign_navigator import end_programs
 from sinssim.statistics.requirements import parse_requirements
 from sinssim.system.process import give_back_memory, machine_memory
+from sinssim.units import duration_text, size_text
 
 if TYPE_CHECKING:
     from sinssim.experiments.ensembles.ensemble_plan import Plan

@@ -18,13 +18,12 @@ from sinssim.data import Array
 from sinssim.errors import SinssimError, SinssimWarning
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS
 from sinssim.experiments.ensembles.ensemble_execution import DIVERGED
-from sinssim.formatting import number_text
 from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.scenario.plan_summary import own_files
 from sinssim.statistics.chi_square import extreme, share_inside
-from sinssim.statistics.circular_error import END, LINE, circle_radius, to_nmi_h
-from sinssim.statistics.percentiles import Percentile, cep, percentile, r95
+from sinssim.statistics.circular_error import END, LINE, Percentile, cep, circle_radius, percentile, r95, to_nmi_h
 from sinssim.statistics.requirements import CONFIDENCE, Verdict
+from sinssim.units import number_text
 
 if TYPE_CHECKING:
     from sinssim.experiments.ensembles.ensemble_plan import Plan

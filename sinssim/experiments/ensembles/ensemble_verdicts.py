@@ -13,12 +13,10 @@ from numpy.typing import NDArray
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS
-from sinssim.formatting import number_text, two_digits
 from sinssim.scenario.ensemble_section import MOST_RUNS
 from sinssim.simulation.path_errors import path_column
 from sinssim.statistics.chi_square import root_mean_square_band
-from sinssim.statistics.circular_error import to_nmi_h
-from sinssim.statistics.percentiles import percentile
+from sinssim.statistics.circular_error import percentile, to_nmi_h
 from sinssim.statistics.requirements import (
     BY_PATH,
     CONFIDENCE,
@@ -35,6 +33,7 @@ from sinssim.statistics.requirements import (
     verdict_of,
 )
 from sinssim.statistics.requirements import COMPONENTS as QUANTITIES
+from sinssim.units import number_text, two_digits
 
 if TYPE_CHECKING:
     from sinssim.experiments.ensembles.ensemble_plan import Plan

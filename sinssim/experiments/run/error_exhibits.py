@@ -21,14 +21,23 @@ from sinssim.earth.gravity import gravity_ned
 from sinssim.errors import InputError, RunError
 from sinssim.exhibits import EVERYWHERE, Column, Item, Sentence, Table
 from sinssim.experiments.run.summary_types import ErrorNumbers, FailureNumbers, PassageNumbers, RequirementNumbers
-from sinssim.formatting import capital, number_text
 from sinssim.recording import style
 from sinssim.recording.result import plain
 from sinssim.simulation.path_errors import misses, path_column, path_values, pieces_of
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.statistics.requirements import BY_PATH, CIRCLES, COMPONENTS, MISS, Verdict, first_exceeded
 from sinssim.strapdown.navigation_error import NavError, known_error_numbers_of
-from sinssim.units import ANGLE_SCALE, HEIGHT_SCALE, LENGTH_SCALE, SPEED_SCALE, Scale, fixed, suiting
+from sinssim.units import (
+    ANGLE_SCALE,
+    HEIGHT_SCALE,
+    LENGTH_SCALE,
+    SPEED_SCALE,
+    Scale,
+    capital,
+    fixed,
+    number_text,
+    suiting,
+)
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.run_result import Reached, Run

@@ -27,7 +27,7 @@ from sinssim.experiments.run.error_exhibits import (
 from sinssim.experiments.run.filter_exhibits import filter_exhibits
 from sinssim.experiments.run.filter_summary import Moment, filter_numbers, moments
 from sinssim.experiments.run.parts import parts_of
-from sinssim.experiments.run.parts.recorded_sensors import best_solution
+from sinssim.experiments.run.parts.motion_source import best_solution
 from sinssim.experiments.run.run_files import RunWriter, about, keep, write_messages
 from sinssim.experiments.run.run_report import first_sections, run_exhibits
 from sinssim.experiments.run.run_result import PlaneRun, Reached, Run
@@ -140,7 +140,7 @@ def _run(
     execution = Execution(scenario, folder, clock, require, viewer, flown)
     try:
         if scenario.one_component is not None:
-            from sinssim.experiments.run.one_component_recording import compute_one_component
+            from sinssim.experiments.run.one_component_exhibits import compute_one_component
 
             return compute_one_component(scenario, folder, clock, PlaneMedia(), viewer)
         return execution.run()

@@ -20,11 +20,10 @@ from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
 from sinssim.experiments.run.filter_remedies import what_to_try
 from sinssim.experiments.run.filter_summary import detected, for_people, sentences, together
 from sinssim.experiments.run.summary_types import ErrorNumbers, FilterNumbers, StateNumbers, Test
-from sinssim.formatting import number_text, signed
 from sinssim.recording import style
 from sinssim.recording.style import thinned
 from sinssim.recording.track_map import Spread
-from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, SPEED_SCALE, Scale, fixed, suiting
+from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, SPEED_SCALE, Scale, fixed, number_text, signed, suiting
 
 if TYPE_CHECKING:
     from sinssim.estimation import Innovations

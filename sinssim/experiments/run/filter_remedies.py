@@ -16,9 +16,9 @@ from sinssim.estimation.filter_diagnosis import refusals, size_of_innovations
 from sinssim.estimation.filter_result import Refusals
 from sinssim.exhibits import Column, Item, Sentence, Table
 from sinssim.experiments.run.summary_types import DiagnosisNumbers, HypothesisNumbers, RefusedSpan
-from sinssim.formatting import listed, number_text
 from sinssim.logs.log_files import other_units
 from sinssim.sensors.aiding_registry import measurement_kind
+from sinssim.units import listed, number_text
 
 if TYPE_CHECKING:
     from sinssim.estimation import Estimate

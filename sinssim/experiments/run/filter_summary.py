@@ -30,12 +30,12 @@ from sinssim.experiments.run.summary_types import (
     StateNumbers,
     Test,
 )
-from sinssim.formatting import listed, number_text
 from sinssim.scenario.filter_model import hints
 from sinssim.scenario.notes import times_not_reached
 from sinssim.sensors.aiding.gnss import Gnss, Jump, Ramp
 from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.strapdown.navigation_error import error_numbers_of, known_error_numbers_of
+from sinssim.units import listed, number_text
 
 if TYPE_CHECKING:
     from sinssim.estimation import Estimate, Innovations

@@ -28,14 +28,13 @@ from sinssim.experiments.run.error_exhibits import (
 )
 from sinssim.experiments.run.finished_runs import Entry, FinishedRun, flat_keys, kind_of
 from sinssim.experiments.run.run_curves import Source, chosen_exhibits, differing, source_of
-from sinssim.formatting import size_text
 from sinssim.logs.stored_run import is_of_another, warn_of_version
 from sinssim.recording import style
 from sinssim.recording.page import page_of
 from sinssim.recording.result import RunDirectory, write_json
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.system.files import open_file, write_text
-from sinssim.units import duration_words, fixed
+from sinssim.units import duration_words, fixed, size_text
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.summary_types import ErrorNumbers

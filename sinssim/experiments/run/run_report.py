@@ -25,9 +25,8 @@ from sinssim.experiments.run.filter_exhibits import filter_exhibits, spread_of
 from sinssim.experiments.run.filter_summary import moments, places_of, sentences
 from sinssim.experiments.run.motion_exhibits import motion_exhibits, motion_facts, motion_map, solution_tracks
 from sinssim.experiments.run.navigation_scheme import axes_exhibits, scheme, scheme_words
-from sinssim.experiments.run.parts.recorded_sensors import after_filter, recorded_errors
+from sinssim.experiments.run.parts.motion_source import after_filter, recorded_errors
 from sinssim.experiments.run.sensor_exhibits import SensorComparison, sensor_comparisons, sensor_errors
-from sinssim.formatting import number_text
 from sinssim.recording.result import flagged_words, processor
 from sinssim.recording.style import as_seen
 from sinssim.recording.track_map import Track
@@ -44,7 +43,7 @@ from sinssim.sensors.imu.grades import grade_name
 from sinssim.sensors.sets.sensor_readings import draw_true_errors
 from sinssim.simulation.path_errors import pieces_of
 from sinssim.simulation.truth_and_sensors import RecordedMotion, Truth
-from sinssim.units import LENGTH_SCALE, duration_words, fixed, suiting
+from sinssim.units import LENGTH_SCALE, duration_words, fixed, number_text, suiting
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.run_result import Reached, Run

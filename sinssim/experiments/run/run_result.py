@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Self, TypeVar
 
 from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Line, Mark, Weight, over
+from sinssim.data import html_table
 from sinssim.errors import InputError
 from sinssim.recording.result import Media, Result, plain
 from sinssim.recording.streams import Streams
 from sinssim.simulation.navigation_stage import Navigated
 from sinssim.simulation.truth_and_sensors import Sensed
-from sinssim.system.short_repr import html_table
 from sinssim.units import ANGLE_SCALE, LENGTH_SCALE
 
 if TYPE_CHECKING:

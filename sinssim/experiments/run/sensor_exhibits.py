@@ -14,9 +14,8 @@ import numpy as np
 
 from sinssim import rotation, units
 from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Line, Rule, Weight, over
-from sinssim.data import Array, ImuData
+from sinssim.data import Array, ImuData, short_repr
 from sinssim.exhibits import Beside, Column, Item, Medium, Section, Sentence, Table
-from sinssim.formatting import capital, signed
 from sinssim.recording import style
 from sinssim.recording.style import thinned
 from sinssim.sensors.imu.compensation import imperfect_calibration
@@ -25,8 +24,7 @@ from sinssim.sensors.imu.grades import find_grade, grade_name
 from sinssim.sensors.sets.sensor_readings import torquer_sigma
 from sinssim.sensors.sets.sensor_set import AttitudeSensor, Gyros, Platform, Redundant, SixAccelerometers
 from sinssim.simulation.truth_and_sensors import Truth
-from sinssim.system.short_repr import short_repr
-from sinssim.units import ANGLE_SCALE, DEG, DEG_H, SPEED_SCALE, UG, Scale, fixed, suiting
+from sinssim.units import ANGLE_SCALE, DEG, DEG_H, SPEED_SCALE, UG, Scale, capital, fixed, signed, suiting
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario

@@ -43,14 +43,13 @@ from sinssim.experiments.studies.study_results import (
     overall,
     undecided,
 )
-from sinssim.formatting import number_text
 from sinssim.jit import bind, inline
 from sinssim.strapdown.attitude.quaternion import dcm_k, start_k, step_k
 from sinssim.strapdown.attitude.rotation_vector import drift_under_coning, leading_drift_under_coning
 from sinssim.strapdown.coning_sculling import fitted_turn_k as turn_k
 from sinssim.strapdown.coning_sculling import frame_turn_k, is_uniform, weight_table
 from sinssim.strapdown.engine_assembly import parts
-from sinssim.units import ARCSEC, DEG
+from sinssim.units import ARCSEC, DEG, number_text
 
 if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory

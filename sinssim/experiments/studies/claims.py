@@ -52,9 +52,8 @@ from sinssim.experiments.studies.study_results import (
     undecided,
 )
 from sinssim.experiments.studies.study_schema import CLAIMS, Part
-from sinssim.formatting import number_text
 from sinssim.sensors.imu.grades import GRADE_TABLE
-from sinssim.units import NAUTICAL_MILE, UG
+from sinssim.units import NAUTICAL_MILE, UG, number_text
 
 NEGLIGIBLE = 0.1
 """A rate is sufficient if its error is less than this fraction of the error of sensors of the 1 nmi/h grade."""

@@ -34,10 +34,9 @@ from sinssim.experiments.studies.study_results import (
     overall,
     undecided,
 )
-from sinssim.formatting import listed, number_text
 from sinssim.strapdown import one_component_system
 from sinssim.strapdown.one_component_system import gyro_error
-from sinssim.units import ARCMIN, DEG, DEG_H, UG
+from sinssim.units import ARCMIN, DEG, DEG_H, UG, listed, number_text
 
 CEILING = 20e3
 """Greatest height of the chapter's aircraft, m."""

@@ -23,13 +23,12 @@ from sinssim.experiments.studies.study_charts import Label, labeller, over_rates
 from sinssim.experiments.studies.study_directory import StudyDirectory
 from sinssim.experiments.studies.study_results import DEFECT, ERRORS, Case, Pick, Row, StudyResult, Verdict
 from sinssim.experiments.studies.study_schema import Part
-from sinssim.formatting import capital, number_text, percent
 from sinssim.recording.diagrams import three_rates
 from sinssim.recording.result import Media, plain, software, versions, write_json, write_shown
 from sinssim.recording.streams import write_table
 from sinssim.scenario.tables import COORDINATES
 from sinssim.system.files import write_text
-from sinssim.units import ARCMIN, ARCSEC, fixed
+from sinssim.units import ARCMIN, ARCSEC, capital, fixed, number_text, percent
 
 _PAGE: Any = ("page",)
 _CONSOLE: Any = ("console",)

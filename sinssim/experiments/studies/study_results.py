@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sinssim.data import Array
+from sinssim.data import Array, short_repr
 from sinssim.experiments.studies.study_schema import MotionFacts
 from sinssim.frames import OF_TRUTH
 from sinssim.recording.result import Media, Result
-from sinssim.system.short_repr import short_repr
 
 if TYPE_CHECKING:
     from sinssim.experiments.studies.attitude_cost import AttitudeCost

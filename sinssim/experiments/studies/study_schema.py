@@ -22,7 +22,6 @@ from sinssim.algorithms import ALGORITHMS, MEASURED_ATTITUDE, whole_ratio
 from sinssim.algorithms import schedule as whole_rates
 from sinssim.data import ImuData
 from sinssim.errors import InputError, unknown_name
-from sinssim.formatting import listed
 from sinssim.frames import CURVATURES, FRAME_REGISTRY, OF_TRUTH, frames_that
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.navigation_section import Curvature, Frame, OwnEllipsoid, Schedule, Vertical
@@ -36,6 +35,7 @@ from sinssim.toml_section import Duration, ExperimentFile, Keys, Rate, Section, 
 from sinssim.truth.motion import Gravity
 from sinssim.truth.motions.parked_and_great_circle import GreatCircleFlight, ParkedVehicle
 from sinssim.truth.motions.vibration import Vibration
+from sinssim.units import listed
 
 if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from sinssim.data import Array
+from sinssim.data import Array, short_repr
 from sinssim.errors import InputError
 from sinssim.experiments.ensembles.ensemble_plan import WITHOUT_EFFECT, flight_digest
 from sinssim.experiments.experiment_directory import contents_digest
@@ -21,7 +21,6 @@ from sinssim.scenario.schema import Scenario
 from sinssim.scenario.true_motion import true_motion
 from sinssim.simulation.path_errors import check_path
 from sinssim.statistics.requirements import COMPONENTS, SHARES, Quantity, Verdict, VerdictInUnit, quantity_of
-from sinssim.system.short_repr import short_repr
 from sinssim.truth.flight.flight import flight_key
 from sinssim.units import NAUTICAL_MILE
 

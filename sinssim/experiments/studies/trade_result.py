@@ -15,18 +15,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.data import Array
+from sinssim.data import Array, html_table
 from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.experiments.studies.trade_cells import Cell, command_of, place_name
 from sinssim.experiments.studies.trade_schema import Axis, TradeStudy, value_text
-from sinssim.formatting import number_text, percent, two_digits, with_band
 from sinssim.recording.result import Media, Result
-from sinssim.statistics.circular_error import END
-from sinssim.statistics.percentiles import runs_for_band
+from sinssim.statistics.circular_error import END, runs_for_band
 from sinssim.statistics.requirements import QUANTITIES, SHARES, Quantity, Requirement, parse_quantity
 from sinssim.system.files import draft
-from sinssim.system.short_repr import html_table
-from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, SPEED_SCALE, suiting
+from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, SPEED_SCALE, number_text, percent, suiting, two_digits, with_band
 
 
 @dataclass(eq=False, repr=False)

@@ -78,7 +78,10 @@ FORMATS = entries("formats", "format", {
         "csv_parquet_matlab:TRACK",
         "CSV or Parquet with named columns: time_s, latitude_deg, longitude_deg, height_m, …",
     ),
-    "rtklib-pos": ("rtklib_pos:FORMAT", "solution of RTKLIB (.pos): dates or GPS weeks; positions geodetic or x, y, z"),
+    "rtklib-pos": (
+        "gnss_loggers:RTKLIB",
+        "solution of RTKLIB (.pos): dates or GPS weeks; positions geodetic or x, y, z",
+    ),
 })  # fmt: skip
 """Where each `Format` is stated, and a sentence on it, by its name; then formats outside the package."""
 
@@ -103,7 +106,7 @@ WRITERS = entries("writers", "format", {
     "psins": ("psins_gnss_ins_sim:PSINS_EXPORT", "PSINS: folder of .imu, .avp of the truth and of the fixes"),
     "gnss-ins-sim": ("psins_gnss_ins_sim:GNSS_INS_SIM_EXPORT", "folder of CSV files as gnss-ins-sim saves them"),
     "sbet": ("sbet_inertial_explorer:SBET_EXPORT", "Applanix SBET, 17 doubles per record"),
-    "rtklib-pos": ("rtklib_pos:EXPORT", "RTKLIB solution, .pos"),
+    "rtklib-pos": ("gnss_loggers:RTKLIB_POS", "RTKLIB solution, .pos"),
     "nmea": ("nmea_ubx:NMEA_EXPORT", "NMEA 0183: GGA, RMC, and HDT with an attitude"),
     "mcap": ("ros_mcap:EXPORT", "MCAP with ROS 2 messages: Imu, NavSatFix, TwistStamped, Odometry"),
     "euroc": ("euroc_tum_kitti:EUROC_EXPORT", "EuRoC: folder mav0 with IMU and ground truth"),

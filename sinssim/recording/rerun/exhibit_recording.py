@@ -14,14 +14,13 @@ import rerun.blueprint as rrb
 from sinssim.charts import Band, Chart, Charts, Cloud, Color, Dots, Limit, Line, Rule, Shares
 from sinssim.data import Computed, Rows
 from sinssim.exhibits import Beside, Exhibits, Item, Picture, Points, Section, Sentence, Table, Verbatim
-from sinssim.formatting import capital
 from sinssim.recording import style
 from sinssim.recording.figures import figure_of, to_png
 from sinssim.recording.rerun.rrd import Recording, is_long, screen_rows, time_plot, whole_recording
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.recording.rerun.views import RunInfo, all_views
 from sinssim.recording.style import gaps
-from sinssim.units import TIME_SCALE, suiting
+from sinssim.units import TIME_SCALE, capital, suiting
 
 _WIDTHS = {"broad": 7.0, "wide": 4.0, "bold": 2.2, "line": 1.5, "thin": 1.0, "hair": 0.8}
 

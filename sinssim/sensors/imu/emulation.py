@@ -52,9 +52,9 @@ integrated by the trapezoidal rule,
 
     (3) Δβ_k = ½ (r_{k−1} + r_k) T,
 
-like those of recorded sensors (`sinssim.logs.increments`). An oscillation of the angular frequency Ω is integrated with
-the factor κ = x/tan x of its amplitude, x = ΩT/2; the products that coning and sculling consist of have the factor κ².
-A coning motion of the half-angle a, whose rate is ½ a²Ω, therefore causes the drift
+like those of recorded sensors (`sinssim.logs.recorded_streams`). An oscillation of the angular frequency Ω is
+integrated with the factor κ = x/tan x of its amplitude, x = ΩT/2; the products that coning and sculling consist of have
+the factor κ². A coning motion of the half-angle a, whose rate is ½ a²Ω, therefore causes the drift
 
     (4) d' = κ² (½ a²Ω + d) − ½ a²Ω
 

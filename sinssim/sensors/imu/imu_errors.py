@@ -11,13 +11,12 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from sinssim.arguments import check_kind, numbers
-from sinssim.data import Array
+from sinssim.data import Array, short_repr
 from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import FIELDS, SLOTS, of_triad
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.laser_gyro import NullShift
-from sinssim.system.short_repr import short_repr
 
 FaultKind = Literal["dropout", "freeze", "spike", "bias-step", "saturation", "jitter"]
 """Kinds of faults."""

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import earth, rotation
-from sinssim.data import Array, ImuData, NavState
+from sinssim.data import Array, ImuData, NavState, short_repr
 from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.errors import InputError
 from sinssim.sensors.imu.compensation import Compensation
@@ -55,7 +55,6 @@ from sinssim.sensors.sets.single_sensors import (
     perfect_readings,
 )
 from sinssim.statistics.random_numbers import normals
-from sinssim.system.short_repr import short_repr
 from sinssim.units import ARCSEC, PPM
 
 if TYPE_CHECKING:

@@ -28,7 +28,6 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.earth.gravity import gravitation_ecef_k
 from sinssim.errors import InputError
-from sinssim.formatting import listed
 from sinssim.frames import FRAME_REGISTRY, frames_that
 from sinssim.jit import bind, inline, kernel
 from sinssim.rotation.quaternions import Quaternion, Vector, multiply_k, quaternion_from_rotation_vector_k
@@ -78,6 +77,7 @@ from sinssim.strapdown.iteration_windows import (
     windows,
     work_space,
 )
+from sinssim.units import listed
 
 # rows of the unknowns in the local-level frames
 _V, _H, _RHO, _ZETA, _LOOP = 0, 3, 4, 7, 10

@@ -7,7 +7,7 @@ Transport rate:   ω_ew = −ẑ × (K v) + ω_z ẑ,   K v = v/(R₂+h) + κ (k
                   κ = (1/(R₁+h) − 1/(R₂+h))/cos²φ = e² R₂/((1 − e² sin²φ)(R₁+h)(R₂+h)),  k_h the horizontal part of k
 Azimuth:          wander ω_z = 0;  free ω_z = −ω k_z (zero relative to inertial space);
                   transverse ω_z = ω_x p_z/p_x, which keeps x towards the pole p of the route's great circle and
-                  grows without bound near p: `sinssim.strapdown.solution_coordinates` has the limit
+                  grows without bound near p: `sinssim.strapdown.navigation_error` has the limit
 Velocity:         v̇ = C_wb f + g − (2ω_ie + ω_ew) × v
 
 The integration scheme is that of `level`: compensated increments, Simpson's rule, Hermite values at mid-interval. Like

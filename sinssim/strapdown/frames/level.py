@@ -27,7 +27,6 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.earth.gravity import gravity_ned_k
 from sinssim.errors import RunError
-from sinssim.formatting import listed
 from sinssim.frames import frames_that
 from sinssim.jit import inline
 from sinssim.rotation.quaternions import Quaternion, Vector
@@ -56,7 +55,8 @@ from sinssim.strapdown.frames.navigation_problem import (
     vertical_step_k,
 )
 from sinssim.strapdown.frames.three_rate_schedule import Fixed, Schedule, Slow, three_rate_engines
-from sinssim.strapdown.solution_coordinates import POLAR_LIMIT
+from sinssim.strapdown.navigation_error import POLAR_LIMIT
+from sinssim.units import listed
 
 EXACT_EVERY = 128
 """Steps between new sines and cosines of the latitude."""

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sinssim.data import Array
-from sinssim.system.short_repr import short_repr
+from sinssim.data import Array, short_repr
 from sinssim.truth.flight.autopilot import HEIGHT, INTERVAL, AircraftState, Autopilot
 from sinssim.truth.sampling import Channel, FlightEvent
 from sinssim.units import DEG, FOOT, KNOT

@@ -26,7 +26,6 @@ from pydantic import (
 )
 
 from sinssim.errors import InputError
-from sinssim.formatting import listed
 from sinssim.system.extensions import Item
 from sinssim.system.registries import register
 from sinssim.toml_section import Heading, Keys, Latitude, Longitude, Moment, NotNegative, Section
@@ -37,7 +36,7 @@ from sinssim.truth.flight.leg import Airspeed, Altitude, DeadReckoning, LegBase,
 from sinssim.truth.flight.legs import LEGS
 from sinssim.truth.flight.planned_path import Begin, PlannedTrack
 from sinssim.truth.motion import NORMAL_EARTH, Motion, Mounting, TrueEarth
-from sinssim.units import KNOT
+from sinssim.units import KNOT, listed
 
 _Gradual = Annotated[float, Field(ge=0.01, le=1e6)]
 """Rise or fall time of a gust, s; a shorter one would be a jump between two steps of the flight model."""

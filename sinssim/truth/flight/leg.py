@@ -18,7 +18,6 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from sinssim.errors import InputError, RunError, SinssimError
-from sinssim.formatting import listed
 from sinssim.system.extensions import Item, class_in, explained, failure, load_module
 from sinssim.system.registries import ensure, registered
 from sinssim.toml_section import Section, Timeout
@@ -26,6 +25,7 @@ from sinssim.truth.flight.aircraft import Performance
 from sinssim.truth.flight.atmosphere import Air
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.planned_path import SAGITTA, PlannedTrack, over_ground
+from sinssim.units import listed
 
 GRAVITY = 9.81
 """Gravity for dead reckoning [m/s²]."""

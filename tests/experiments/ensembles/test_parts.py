@@ -35,10 +35,10 @@ from sinssim.experiments.ensembles.ensemble_plan import (
 )
 from sinssim.experiments.ensembles.ensemble_statistics import predicted_sigma
 from sinssim.experiments.ensembles.ensemble_verdicts import check_kept
-from sinssim.formatting import duration_text
 from sinssim.scenario.schema import Scenario
 from sinssim.statistics.requirements import parse_requirements
 from sinssim.strapdown.navigation_error import NavError
+from sinssim.units import duration_text
 from tests.experiments.ensembles.examples import AIDED, PARKED, scenario
 
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from sinssim.charts import over
 from sinssim.data import ImuData, NavSolution
 from sinssim.exhibits import Sentence
-from sinssim.experiments.run.parts import recorded_sensors as report
+from sinssim.experiments.run.parts import motion_source as report
 from sinssim.experiments.run.sensor_exhibits import recorded_readings
 from sinssim.simulation.truth_and_sensors import RecordedMotion
 from sinssim.strapdown.navigation_error import NavError

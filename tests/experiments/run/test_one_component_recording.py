@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sinssim.experiments.run import one_component_exhibits as shown
-from sinssim.experiments.run import one_component_recording as view
+from sinssim.experiments.run import one_component_exhibits as view
 from tests.recording.made_one_component import ARCMIN, COORDINATE, TIME, result
 from tests.recording.spies import Drawn, record, values_of
 

@@ -387,8 +387,8 @@ def test_the_console_table_cuts_no_number(capsys):
     """Many rates on 80 columns: fewer of them, and every number whole."""
     from rich.console import Console
 
-    from sinssim.formatting import number_text
     from sinssim.recording.console import show
+    from sinssim.units import number_text
 
     rates = (10.0, 20.0, 25.0, 40.0, 50.0, 80.0, 100.0, 200.0, 400.0)
     found = compare(

@@ -19,8 +19,7 @@ from sinssim.experiments.studies.study_charts import at_one_rate, labeller, line
 from sinssim.experiments.studies.study_exhibits import StudyMedia
 from sinssim.experiments.studies.study_results import Case, ErrorGrowth, Pick, StudyResult, Verdict, fit_orders
 from sinssim.experiments.studies.study_schema import Part, Study, StudyMotion
-from sinssim.formatting import duration_text
-from sinssim.units import ARCSEC, DEG, UG
+from sinssim.units import ARCSEC, DEG, UG, duration_text
 from tests.experiments.studies.test_results import row
 
 MOTION = {"name": "m", "parked": {"latitude_deg": 50.0, "duration_s": 9.0}}

@@ -20,9 +20,9 @@ from sinssim.experiments.studies.trade_result import (
     unit_for,
 )
 from sinssim.experiments.studies.trade_run import TradeMedia
-from sinssim.formatting import two_digits
 from sinssim.recording.rerun.exhibit_recording import markdown
 from sinssim.statistics.requirements import Quantity, VerdictInUnit, Word
+from sinssim.units import two_digits
 from tests.experiments.studies.trade_examples import BIAS, GRADE, study
 
 R95 = (10.0, 20.0, 30.0, 40.0, float("nan"), 60.0)

@@ -11,9 +11,9 @@ import pytest
 
 from sinssim.exhibits import Sentence
 from sinssim.experiments.run import run_report
-from sinssim.experiments.run.parts import recorded_sensors
+from sinssim.experiments.run.parts import motion_source
 from sinssim.experiments.run.parts.judged_outages import Outages
-from sinssim.experiments.run.parts.recorded_sensors import Log
+from sinssim.experiments.run.parts.motion_source import Log
 from sinssim.experiments.studies import study_exhibits
 from sinssim.experiments.studies.step_cost import Cost, Operations
 from sinssim.experiments.studies.study_results import ErrorGrowth, Order, Pick, Row
@@ -105,10 +105,10 @@ def log_page(monkeypatch: pytest.MonkeyPatch, run: Any, of: Any) -> list[str]:
         monkeypatch.setattr(run_report, name, lambda *_: ())
     monkeypatch.setattr(run_report, "sentences", lambda numbers: ())
     stand_in_items(monkeypatch, run_report, "error_table", "filter_exhibits", "after_filter", "computed_with")
-    stand_in_items(monkeypatch, recorded_sensors, "error_table", "error_exhibits", "note_on_errors")
-    monkeypatch.setattr(recorded_sensors, "best_solution", lambda *_: ("poisson", None))
-    monkeypatch.setattr(recorded_sensors, "_state", lambda _: None)
-    monkeypatch.setattr(recorded_sensors, "schuler_period", lambda *_: None)
+    stand_in_items(monkeypatch, motion_source, "error_table", "error_exhibits", "note_on_errors")
+    monkeypatch.setattr(motion_source, "best_solution", lambda *_: ("poisson", None))
+    monkeypatch.setattr(motion_source, "_state", lambda _: None)
+    monkeypatch.setattr(motion_source, "schuler_period", lambda *_: None)
     return body(page_of(run_report.run_exhibits(run, of)))
 
 

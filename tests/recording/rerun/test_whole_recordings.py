@@ -14,7 +14,7 @@ import pytest
 
 from sinssim.charts import Axis, Chart, Charts, Line
 from sinssim.exhibits import Exhibits, Section, Sentence
-from sinssim.experiments.run import one_component_recording as one_component
+from sinssim.experiments.run import one_component_exhibits as one_component
 from sinssim.recording.rerun import exhibit_recording, rrd, views
 from sinssim.recording.rerun.viewer import RUN_ENTITY
 from sinssim.units import LENGTH_SCALE

@@ -8,10 +8,9 @@ from sinssim.experiments.run.parts.further_solutions import FurtherFilters, Navi
 from sinssim.experiments.run.parts.guided_flight import Guidance, OffPath
 from sinssim.experiments.run.parts.imu_mounting import OnPlatform, Rotation
 from sinssim.experiments.run.parts.judged_outages import Outages
+from sinssim.experiments.run.parts.motion_source import Log, Track, TrueGravity
 from sinssim.experiments.run.parts.phases import Phases
-from sinssim.experiments.run.parts.recorded_sensors import Log
 from sinssim.experiments.run.parts.redundancy import Redundancy
-from sinssim.experiments.run.parts.truth_model import Track, TrueGravity
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.run_result import Part

@@ -16,13 +16,12 @@ from sinssim.data import Array
 from sinssim.estimation.consistency import consistency, nees
 from sinssim.exhibits import Column, Item, Medium, Sentence, Table
 from sinssim.experiments.run.run_result import Part
-from sinssim.formatting import number_text
 from sinssim.recording.streams import Stream, Vector
 from sinssim.sensors.measurement_kind import CORE, PHI, R
 from sinssim.simulation.navigation_stage import Navigated
 from sinssim.simulation.navigator_protocol import ForeignSolution
 from sinssim.simulation.truth_comparison import Aided, FilterSolution
-from sinssim.units import ARCMIN, fixed
+from sinssim.units import ARCMIN, fixed, number_text
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.summary_types import ErrorNumbers

@@ -19,7 +19,6 @@ from sinssim.experiments.run.filter_exhibits import marks_of
 from sinssim.experiments.run.filter_summary import Moment, detections, moments, places_of
 from sinssim.experiments.run.parts.phases import phases_of
 from sinssim.experiments.run.run_result import DrawnPath, Part
-from sinssim.formatting import listed, number_text, signed
 from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import thinned
 from sinssim.recording.track_map import NOTE, Track, track_map
@@ -44,7 +43,7 @@ from sinssim.simulation.path_errors import Miss as Missed
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.flight.guidance import AIDED, ENDED, TRUTH, Guided
-from sinssim.units import LENGTH_SCALE, NAUTICAL_MILE, fixed
+from sinssim.units import LENGTH_SCALE, NAUTICAL_MILE, fixed, listed, number_text, signed
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.summary_types import ErrorNumbers

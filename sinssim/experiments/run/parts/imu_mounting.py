@@ -19,13 +19,12 @@ from sinssim.data import Array, ImuData
 from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
 from sinssim.experiments.run.run_result import Part, side_by_side
 from sinssim.experiments.run.summary_types import ErrorNumbers, Number
-from sinssim.formatting import number_text
 from sinssim.recording.streams import Stream, other_error_stream, platform_stream, rotation_stream
 from sinssim.simulation.navigation_stage import Navigated, what_if
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.strapdown.navigation_error import NO_NUMBERS, error_numbers
 from sinssim.strapdown.platform_theory import ACCELEROMETERS, GYROS, START, TORQUERS
-from sinssim.units import ANGLE_SCALE, DEG, LENGTH_SCALE, fixed
+from sinssim.units import ANGLE_SCALE, DEG, LENGTH_SCALE, fixed, number_text
 
 if TYPE_CHECKING:
     from sinssim.sensors.imu.encoder import Encoders

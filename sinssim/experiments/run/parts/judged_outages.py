@@ -14,10 +14,9 @@ from sinssim.charts import PAIR, Axis, Chart, Charts, Dots, Line, over
 from sinssim.data import Array
 from sinssim.exhibits import Beside, Column, Item, Sentence, Table
 from sinssim.experiments.run.run_result import Part
-from sinssim.formatting import number_text, signed
 from sinssim.simulation.navigation_stage import Navigated, recorded_start
 from sinssim.simulation.truth_and_sensors import RecordedMotion
-from sinssim.units import fixed
+from sinssim.units import fixed, number_text, signed
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.summary_types import ErrorNumbers

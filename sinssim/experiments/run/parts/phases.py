@@ -17,12 +17,11 @@ from sinssim.errors import SinssimError
 from sinssim.exhibits import Column, Item, Medium, Section, Sentence, Table
 from sinssim.experiments.run.run_result import Part
 from sinssim.experiments.run.summary_types import ErrorNumbers, Number
-from sinssim.formatting import signed
 from sinssim.simulation.navigation_stage import Navigated
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.truth.sampling import FlightEvent
-from sinssim.units import fixed
+from sinssim.units import fixed, signed
 
 if TYPE_CHECKING:
     from sinssim.analyses.error_budget.budget_result import BudgetResult

@@ -15,14 +15,13 @@ from sinssim.data import Array
 from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
 from sinssim.experiments.run.run_result import Part, side_by_side
 from sinssim.experiments.run.summary_types import ErrorNumbers, Number
-from sinssim.formatting import capital, number_text, signed
 from sinssim.recording.streams import Stream, other_error_stream
 from sinssim.scenario.plan_summary import redundant_words
 from sinssim.sensors.sets.sensor_set import Redundant, dilution
 from sinssim.simulation.navigation_stage import Navigated, what_if
 from sinssim.strapdown.navigation_error import error_numbers
 from sinssim.truth.sampling import FlightEvent
-from sinssim.units import fixed
+from sinssim.units import capital, fixed, number_text, signed
 
 if TYPE_CHECKING:
     from sinssim.sensors.sets.fault_detection import Alarm, Monitored

@@ -14,7 +14,7 @@ from sinssim.data import ImuData
 from sinssim.experiments.run.parts.imu_mounting import OnPlatform, Rotation, platform_numbers, rotation_numbers
 from sinssim.experiments.run.parts.judged_outages import outage_numbers
 from sinssim.experiments.run.parts.judged_outages import sentences as outage_sentence
-from sinssim.experiments.run.parts.recorded_sensors import best_solution, compared_words
+from sinssim.experiments.run.parts.motion_source import best_solution, compared_words
 from sinssim.experiments.run.parts.redundancy import redundancy_numbers, window_names
 from sinssim.experiments.run.parts.redundancy import sentences as redundancy_sentences
 from sinssim.experiments.run.run_result import Part

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sinssim.exhibits import Sentence
-from sinssim.experiments.run.parts.truth_model import Track, TrueGravity
+from sinssim.experiments.run.parts.motion_source import Track, TrueGravity
 from sinssim.experiments.studies import study_exhibits
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.truth.sampling import Channel
