@@ -91,4 +91,4 @@ def test_headings_are_different() -> None:
     lines = (DOCS / "troubleshooting.md").read_text(encoding="utf-8").splitlines()
     headings = [line for line in lines if line.startswith("#")]
     assert len(headings) == len(set(headings))
-    assert len(PAIRS) >= 15  # they are found
+    assert len(PAIRS) >= 10  # they are found

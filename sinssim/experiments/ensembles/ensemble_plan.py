@@ -29,7 +29,6 @@ from sinssim.simulation.closed_loop import closed_loop, is_guided
 from sinssim.simulation.foreign_navigator import check_programs
 from sinssim.simulation.path_errors import check_path, path_columns
 from sinssim.simulation.truth_and_sensors import Truth, truth_along
-from sinssim.truth.motions.walk import WalkMotion
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -136,7 +135,7 @@ _KEPT = 2
 def truth_key(scenario: Scenario) -> str:
     """Return a text that is equal for scenarios with the same true motion and increments.
 
-    It has the tables and keys that determine them, with the seed if turbulence, vibration, road, sea, strides,
+    It has the tables and keys that determine them, with the seed if turbulence, gusts, vibration, road, sea, strides,
     gravity's remainder or the errors of a turntable are drawn from it. A flight by its navigator is determined by all
     of them.
     """
@@ -145,7 +144,7 @@ def truth_key(scenario: Scenario) -> str:
     flight, table = scenario.flight, scenario.turntable
     drawn = (
         bool(scenario.vibration or scenario.drive or scenario.voyage)
-        or isinstance(scenario.motion, WalkMotion)
+        or (scenario.motion is not None and scenario.motion.is_drawn)
         or (flight is not None and bool(flight.turbulence))
         or (table is not None and bool(table.position_sigma_arcsec or table.tilt_sigma_arcsec))
         or has_remainder(scenario)

@@ -240,6 +240,11 @@ class ClosedFormMotion(PlacedMotion):
     pitch_deg: float = Field(default=0.0, ge=-90.0, le=90.0, description="mean pitch")
     heading_deg: Heading = Field(default=0.0, description="mean heading")
 
+    @property
+    def is_drawn(self) -> bool:
+        """Whether the motion differs from seed to seed."""
+        return False
+
     def motion(self) -> AnalyticMotion:
         """Return the motion about the place, in the axes of the mean attitude."""
         raise NotImplementedError

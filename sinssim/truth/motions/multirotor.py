@@ -6,26 +6,36 @@ at the start,
 
     ṙ = ṡ t,  r̈ = s̈ t + κṡ² n,  r⃛ = (s⃛ − κ²ṡ³) t + 3κṡs̈ n
 
-The rotors push along the body's upward axis, and the drag of the body is proportional to its velocity. The specific
-force of the rotors, f = r̈ − g + c ṙ in still air, therefore gives roll φ and pitch θ in axes turned by the heading ψ
-(differential flatness: Mellinger and Kumar, IEEE ICRA 2011, 2520):
+The rotors push along the body's upward axis, and the drag of the body is proportional to its velocity in the air. The
+specific force of the rotors in a wind w, f = r̈ − g + c (ṙ − w), therefore gives roll φ and pitch θ in axes turned by
+the heading ψ (differential flatness: Mellinger and Kumar, IEEE ICRA 2011, 2520):
 
     −f/|f| = (sin θ cos φ, −sin φ, cos θ cos φ)
 
-Their rates follow from ḟ = r⃛ + c r̈. The tilt is that of the model; what the sensors measure is exact on the Earth.
+Their rates follow from ḟ = r⃛ + c (r̈ − ẇ). The tilt is that of the model; what the sensors measure is exact on the
+Earth.
+
+Gusts are tones of each level component whose powers are those of a Gauss–Markov process, 2σ²T/(1 + ω²T²). They displace
+the vehicle: with its loop u = −ω₀² r − √2 ω₀ ṙ, which the rotors follow with the lag τ, a tone is followed by
+
+    (1) r/w = c / (s² + cs + (ω₀² + √2 ω₀ s)/(1 + τs)),  s = iω
+
+Wind and displacement rise by S from the ground to the end of the take-off, and fall while it lands.
 """
 
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, Literal, Union
+from math import comb
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Union
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from sinssim import rotation
 from sinssim.data import Array
-from sinssim.toml_section import A_TURN, Section
+from sinssim.toml_section import A_TURN, Heading, Section
 from sinssim.truth.motion import Mounting, TrueEarth
 from sinssim.truth.motions.analytic import ByQuadrature, ClosedFormMotion, OnEarth
 from sinssim.truth.motions.surface_vehicles import s_curve
@@ -35,6 +45,11 @@ from sinssim.units import DEG, G0
 
 _Distance = Annotated[float, Field(ge=-1e5, le=1e5)]
 _Length = Annotated[float, Field(gt=0.0, le=1e5)]
+_GUSTS = 71
+"""Branch of the random numbers."""
+_TONES, _SLOWEST, _FASTEST = 30, 0.05, 20.0
+"""Tones of the gusts; the lowest frequency times their correlation time; and the highest one, rad/s, beyond which the
+body does not follow."""
 
 
 class TakeOff(Section):
@@ -119,6 +134,29 @@ MultirotorLeg = Annotated[Union[Ground, TakeOff, Hover, Yaw, FlyTo, Orbit, Surve
 """One leg, selected by `type`."""
 
 
+class Wind(NamedTuple):
+    """The wind about a multirotor: its mean, (2,) m/s north and east, and M tones of its gusts.
+
+    `gusts` and `moves` are the complex amplitudes of the gusts, m/s, and of the displacements, m, (M, 2); `omega` is in
+    rad/s, (M,).
+    """
+
+    mean: Array
+    omega: Array
+    gusts: NDArray[np.complex128]
+    moves: NDArray[np.complex128]
+
+    def at(self, t: Array) -> tuple[Array, Array]:
+        """Return the wind with its derivative, (2, N, 2), and the displacement with its three, (4, N, 2)."""
+        angle, orders = np.multiply.outer(t, self.omega), (1j * self.omega[:, None]) ** np.arange(4)
+        columns = [self.gusts * orders[:, [k]] for k in range(2)] + [self.moves * orders[:, [k]] for k in range(4)]
+        amplitudes = np.hstack(columns)
+        values = np.cos(angle) @ amplitudes.real - np.sin(angle) @ amplitudes.imag
+        values[:, :2] += self.mean
+        both = np.moveaxis(values.reshape(len(t), 6, 2), 1, 0)
+        return both[:2], both[2:]
+
+
 class MultirotorFlight(ByQuadrature):
     """The motion along pieces in each of which speed or heading change by S, or neither; see the module's text.
 
@@ -127,15 +165,52 @@ class MultirotorFlight(ByQuadrature):
             angle of climb at its beginning, rad; curvature, 1/m; its beginning, (3,) m; heading and its change, rad;
             (K, 13).
         drag: c, 1/s.
+        wind: the wind.
+        lifts: begin and end of each take-off and landing, s, and the change of the part of the wind; (L, 3).
     """
 
-    def __init__(self, rows: Array, drag: float) -> None:
-        self._rows, self._drag = rows, drag
+    def __init__(self, rows: Array, drag: float, wind: Wind, lifts: Array) -> None:
+        self._rows, self._drag, self._wind, self._lifts = rows, drag, wind, lifts
         self.breaks = np.unique(np.concatenate([rows[:, 0], rows[:, 0] + rows[:, 1]]))
-        self.fastest = 8.0 * np.pi / float(rows[:, 1].min())
+        self.fastest = 8.0 * np.pi / float(rows[:, 1].min()) + float(wind.omega.max(initial=0.0))
+        self._last: tuple[Array, tuple[Array, ...]] | None = None
+
+    def _part(self, t: Array) -> Array:
+        """Return the part of the wind that acts, with its three derivatives by time, (4, N, 1)."""
+        part = np.zeros((4, len(t)))
+        for begin, end, change in self._lifts:
+            lasting = end - begin
+            x = np.clip((t - begin) / lasting, 0.0, 1.0)
+            s, _, slope = s_curve(x)
+            turn = 2.0 * np.pi * x
+            third = np.cos(turn) * ((x > 0.0) & (x < 1.0))
+            bends = 2.0 * np.pi * np.sin(turn) / lasting**2, (2.0 * np.pi) ** 2 * third / lasting**3
+            part += change * np.stack([s, slope / lasting, *bends])
+        return part[:, :, None]
+
+    def _blown(self, t: Array) -> tuple[Array, Array]:
+        """Return the wind with its derivative, (2, N, 3), and the displacement with its three, (4, N, 3)."""
+        wind, moved = np.zeros((2, len(t), 3)), np.zeros((4, len(t), 3))
+        if not (self._wind.mean.any() or self._wind.omega.size):
+            return wind, moved
+        out, (w, q) = self._part(t), self._wind.at(t)
+        wind[:, :, :2] = out[0] * w[0], out[0] * w[1] + out[1] * w[0]
+        for order in range(4):  # Leibniz
+            moved[order, :, :2] = sum(comb(order, k) * out[k] * q[order - k] for k in range(order + 1))
+        return wind, moved
+
+    def _moves(self, t: Array) -> tuple[Array, ...]:
+        """Return what `_path` does, with the displacement, and the wind with its derivative."""
+        last = self._last  # attitude, rate and place of the same instants are wanted one after another
+        if last is None or last[0] is not t:
+            *vectors, heading, turning = self._path(t)
+            wind, moved = self._blown(t)
+            vectors = [vector + by for vector, by in zip(vectors, moved, strict=True)]
+            last = self._last = t, (*vectors, heading, turning, *wind)
+        return last[1]
 
     def _path(self, t: Array) -> tuple[Array, ...]:
-        """Return place, velocity, acceleration and jerk, (N, 3) each, heading and its rate, (N,)."""
+        """Return place, velocity, acceleration and jerk, (N, 3) each, heading and its rate, (N,), without the wind."""
         begins = self._rows[:, 0]
         p = self._rows[np.clip(np.searchsorted(begins, t, side="right") - 1, 0, len(begins) - 1)].T
         begin, lasting, speed, change, way, course, climb, bend = p[:8]
@@ -162,14 +237,14 @@ class MultirotorFlight(ByQuadrature):
 
     def _angles(self, t: Array) -> tuple[Array, ...]:
         """Return roll, pitch, heading and their rates."""
-        _, v, a, jerk, heading, turning = self._path(t)
+        _, v, a, jerk, heading, turning, wind, change = self._moves(t)
         c, s = np.cos(heading), np.sin(heading)
 
         def ahead(of: Array) -> tuple[Array, Array, Array]:
             return c * of[:, 0] + s * of[:, 1], c * of[:, 1] - s * of[:, 0], of[:, 2]
 
-        fx, fy, fz = ahead(a + self._drag * v - [0.0, 0.0, G0])
-        gx, gy, gz = ahead(jerk + self._drag * a)
+        fx, fy, fz = ahead(a + self._drag * (v - wind) - [0.0, 0.0, G0])
+        gx, gy, gz = ahead(jerk + self._drag * (a - change))
         gx, gy = gx + turning * fy, gy - turning * fx
         size = np.sqrt(fx * fx + fy * fy + fz * fz)
         upright = fx * fx + fz * fz
@@ -190,7 +265,7 @@ class MultirotorFlight(ByQuadrature):
         )
 
     def place(self, t: Array) -> tuple[Array, Array, Array]:
-        r, v, a, *_ = self._path(t)
+        r, v, a, *_ = self._moves(t)
         return r, v, a
 
 
@@ -201,10 +276,14 @@ class _Plan:
         self._keys = motion
         self.time, self._place, self._heading = 0.0, np.zeros(3), motion.heading_deg * DEG
         self.rows: list[tuple[float, ...]] = []
+        self.lifts: list[tuple[float, float, float]] = []
         self.events: list[FlightEvent] = []
         for number, leg in enumerate(motion.legs, start=1):
-            self.events.append(FlightEvent(self.time, f"leg {number} ({leg.type}) begins"))
+            begin = self.time
+            self.events.append(FlightEvent(begin, f"leg {number} ({leg.type}) begins"))
             self._leg(leg)
+            if isinstance(leg, TakeOff | Land):
+                self.lifts.append((begin, self.time, 1.0 if isinstance(leg, TakeOff) else -1.0))
             self.events.append(FlightEvent(self.time, f"leg {number} ({leg.type}) ends"))
 
     def _leg(self, leg: Any) -> None:
@@ -270,8 +349,8 @@ class _Plan:
 
 
 class MultirotorMotion(ClosedFormMotion):
-    """A multirotor in still air: take-off, hovering, lines, arcs, survey grids and landing. It tilts as its rotors
-    have to push."""
+    """A multirotor: take-off, hovering, lines, arcs, survey grids and landing. It tilts as its rotors have to push,
+    against the wind as well."""
 
     travels: ClassVar[bool] = True
 
@@ -288,8 +367,27 @@ class MultirotorMotion(ClosedFormMotion):
     drag_per_s: Annotated[float, Field(ge=0.0, le=5.0)] = Field(
         default=0.2, description="deceleration by the air per velocity"
     )
+    wind_mps: Annotated[float, Field(ge=0.0, le=40.0)] = Field(default=0.0, description="mean wind")
+    wind_from_deg: Heading = Field(default=0.0, description="direction that it comes from")
+    gust_sigma_mps: Annotated[float, Field(ge=0.0, le=15.0)] = Field(
+        default=0.0, description="1σ of the gusts, north and east, which displace the multirotor"
+    )
+    gust_s: Annotated[float, Field(ge=0.1, le=1000.0)] = Field(default=3.0, description="their correlation time")
+    loop_rad_s: Annotated[float, Field(ge=0.1, le=5.0)] = Field(
+        default=1.0, description="natural frequency of the loop that holds the place"
+    )
+    rotor_lag_s: Annotated[float, Field(ge=0.0, le=1.0)] = Field(
+        default=0.15, description="lag of the push of the rotors behind the loop, that of the tilt included"
+    )
 
     rules = (
+        (lambda s: not s.wind_mps and s.changed("wind_from_deg"),
+         "{it} has no effect without wind_mps: give the mean wind"),
+        (lambda s: not s.gust_sigma_mps and s.changed("gust_s", "loop_rad_s", "rotor_lag_s"),
+         "{it} has no effect without gusts: give gust_sigma_mps"),
+        (lambda s: s.unstable,
+         "rotor_lag_s = {s.rotor_lag_s:g} is too long for loop_rad_s = {s.loop_rad_s:g}: the loop would oscillate with "
+         "growing amplitude; give a shorter lag or a slower loop"),
         (lambda s: s.changed("roll_deg", "pitch_deg"),
          "{it} has no meaning for a multirotor, whose tilt follows from its motion: remove it"),
         (lambda s: s.acceleration_mps2 >= 0.45 * G0,
@@ -297,6 +395,12 @@ class MultirotorMotion(ClosedFormMotion):
         (lambda s: s.on_ground,
          "{it}: a multirotor takes off, flies, lands, and stops on the ground; put a take_off or a land leg before it"),
     )  # fmt: skip
+
+    @property
+    def unstable(self) -> bool:
+        """Whether the loop of (1) is: τs³ + (1 + cτ)s² + (c + √2ω₀)s + ω₀², by Routh's criterion."""
+        c, lag, loop = self.drag_per_s, self.rotor_lag_s, self.loop_rad_s
+        return bool((1.0 + c * lag) * (c + np.sqrt(2.0) * loop) <= lag * loop**2)
 
     @property
     def on_ground(self) -> str:
@@ -324,11 +428,33 @@ class MultirotorMotion(ClosedFormMotion):
         turned = 1.5 * (rows[:, 12] / rows[:, 1]) ** 2 + (rows[:, 7] * (rows[:, 2] + 0.5 * rows[:, 3])) ** 2
         return float(np.sqrt(np.sum(turned * rows[:, 1]) / self.duration_s))
 
-    def motion(self) -> MultirotorFlight:
-        return MultirotorFlight(np.array(self._plan.rows), self.drag_per_s)
+    @property
+    def is_drawn(self) -> bool:
+        return bool(self.gust_sigma_mps)
+
+    def wind(self, seed: int) -> Wind:
+        """Return the wind of a seed: the gusts' tones at random frequencies, evenly spread over their logarithm."""
+        course = self.wind_from_deg * DEG
+        mean = -self.wind_mps * np.array([np.cos(course), np.sin(course)])
+        if not self.gust_sigma_mps:
+            return Wind(mean, np.zeros(0), np.zeros((0, 2), np.complex128), np.zeros((0, 2), np.complex128))
+        generator = np.random.Generator(np.random.SFC64(np.random.SeedSequence(seed, spawn_key=(_GUSTS,))))
+        edges = np.geomspace(_SLOWEST / self.gust_s, max(_FASTEST, 10.0 / self.gust_s), _TONES + 1)
+        omega = edges[:-1] * (edges[1:] / edges[:-1]) ** generator.random(_TONES)
+        power = np.diff(np.arctan(edges * self.gust_s))  # of 2T/(1 + ω²T²) in each piece
+        amplitude = self.gust_sigma_mps * np.sqrt(2.0 * power / power.sum())
+        gusts = amplitude[:, None] * np.exp(2j * np.pi * generator.random((_TONES, 2)))
+        s, c, loop = 1j * omega, self.drag_per_s, self.loop_rad_s
+        held = (loop**2 + np.sqrt(2.0) * loop * s) / (1.0 + self.rotor_lag_s * s)
+        return Wind(mean, omega, gusts, (c / (s * s + c * s + held))[:, None] * gusts)  # (1)
+
+    def motion(self, seed: int = 0) -> MultirotorFlight:
+        """Return the motion with the gusts of a seed; see the base."""
+        lifts = np.array(self._plan.lifts).reshape(-1, 3)
+        return MultirotorFlight(np.array(self._plan.rows), self.drag_per_s, self.wind(seed), lifts)
 
     def block_motion(self, block: Mounting, earth: TrueEarth, seed: int) -> Trajectory:
         level = (1.0, 0.0, 0.0, 0.0)
-        vehicle = OnEarth(self.motion(), *self.place, level, self.duration_s, earth.gravity, earth.figure)
+        vehicle = OnEarth(self.motion(seed), *self.place, level, self.duration_s, earth.gravity, earth.figure)
         vehicle.events = tuple(self._plan.events)
         return block.of(vehicle)

@@ -232,6 +232,10 @@ class WalkMotion(ClosedFormMotion):
         walked = sum(self._strides(leg) * self.stride_s for leg in self.legs if not isinstance(leg, StandingWalk))
         return self.swing_deg_s * DEG * float(np.sqrt((1.0 - self.stance) / 4.0 * walked / self.duration_s))
 
+    @property
+    def is_drawn(self) -> bool:
+        return True
+
     def motion(self, seed: int = 0) -> Walk:
         """Return the motion with the strides of a seed; see the base."""
         from sinssim.statistics.random_numbers import normals  # needs the compiler

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from sinssim.errors import InputError
@@ -102,3 +103,93 @@ def test_it_stands_level_on_the_ground_and_closes() -> None:
 def test_what_no_multirotor_does_is_refused(settings: list[str], words: str) -> None:
     with pytest.raises(InputError, match=words):
         load_scenario("survey_drone", settings)
+
+
+BLOWN = {"wind_mps": 6.0, "wind_from_deg": 180.0, "gust_sigma_mps": 1.5, "gust_s": 2.0, "rotor_lag_s": 0.2}
+
+
+def test_it_leans_against_the_wind_and_the_gusts() -> None:
+    """r̈ − g + c (ṙ − w) has no component across the rotors; in a calm hover tan θ = −c w/g, into the wind."""
+    section = multirotor(UP, {"type": "orbit", "angle_deg": 90.0}, {"type": "land"}, heading_deg=35.0, **BLOWN)
+    motion, time = section.motion(7), np.linspace(0.0, section.duration_s, 4001)
+    _, v, a = motion.place(time)
+    wind, _ = motion._blown(time)
+    attitude = Rotation.from_quat(motion.attitude(time), scalar_first=True)
+    force = attitude.inv().apply(a + 0.2 * (v - wind[0]) - [0.0, 0.0, G0])
+    np.testing.assert_allclose(force[:, :2], 0.0, atol=1e-12)
+    standing = [0, -1]
+    np.testing.assert_allclose(wind[0][standing], 0.0, atol=1e-12)  # none acts on the ground
+    np.testing.assert_allclose(motion.place(time)[0][0], 0.0, atol=1e-12)
+    hover = multirotor(UP, {"type": "hover", "duration_s": 20.0}, wind_mps=6.0, wind_from_deg=180.0)
+    down = Rotation.from_quat(hover.motion().attitude(np.array([25.0])), scalar_first=True).apply([0.0, 0.0, 1.0])[0]
+    np.testing.assert_allclose(down[:2] / down[2], [0.2 * 6.0 / G0, 0.0], atol=1e-12)  # thrust to the south
+
+
+def test_places_rates_and_derivatives_of_a_blown_flight_agree() -> None:
+    section = multirotor(UP, {"type": "fly_to", "north_m": 40.0, "east_m": 20.0}, {"type": "land"}, **BLOWN)
+    motion, h = section.motion(3), 1e-4
+    time = np.linspace(0.3, section.duration_s - 0.3, 57)
+    before, at, after = (motion.place(time + step) for step in (-h, 0.0, h))
+    np.testing.assert_allclose((after[0] - before[0]) / (2 * h), at[1], atol=1e-6)
+    np.testing.assert_allclose((after[1] - before[1]) / (2 * h), at[2], atol=1e-5)
+    turned = Rotation.from_quat(motion.attitude(time - h), scalar_first=True).inv() * Rotation.from_quat(
+        motion.attitude(time + h), scalar_first=True
+    )
+    np.testing.assert_allclose(turned.as_rotvec() / (2 * h), motion.rate(time), atol=1e-5)
+
+
+def test_gusts_displace_it_as_its_loop_and_its_rotors_allow() -> None:
+    """The loop in gusts, integrated by scipy from the state that the closed form has after the take-off."""
+    section = multirotor(UP, {"type": "hover", "duration_s": 60.0}, **BLOWN)
+    wind, (begin, end) = section.wind(5), (14.0, 40.0)
+    c, lag, loop = 0.2, 0.2, 1.0
+
+    def gust(t: float) -> Any:
+        return wind.at(np.array([t]))[0][0, 0] - wind.mean
+
+    def moves(t: float, state: Any) -> Any:
+        r, v, u = state.reshape(3, 2)
+        return np.concatenate([v, u + c * (gust(t) - v), (-u - loop**2 * r - np.sqrt(2.0) * loop * v) / lag])
+
+    _, (r, v, a, _) = wind.at(np.array([begin, end]))
+    start = np.concatenate([r[0], v[0], a[0] - c * (gust(begin) - v[0])])
+    found = solve_ivp(moves, (begin, end), start, rtol=1e-10, atol=1e-12, method="DOP853").y[:, -1]
+    np.testing.assert_allclose(found[:4], np.concatenate([r[1], v[1]]), atol=1e-8)
+    assert 0.02 < np.hypot(*r[1]) < 2.0
+    place = section.motion(5).place(np.array([end]))[0][0]
+    np.testing.assert_allclose(place[:2], r[1], atol=1e-12)
+
+
+def test_gusts_have_their_sigma_and_their_correlation() -> None:
+    """Over an hour: 1.5 m/s in each component, e⁻¹ after 2 s; another seed has others, and a run of an ensemble too."""
+    section = multirotor(UP, **BLOWN)
+    time = np.arange(0.0, 3600.0, 0.1)
+    gusts = section.wind(1).at(time)[0][0] - section.wind(1).mean
+    np.testing.assert_allclose(gusts.std(axis=0), 1.5, rtol=0.02)
+    correlation = np.mean(gusts[20:] * gusts[:-20], axis=0) / np.mean(gusts**2, axis=0)
+    np.testing.assert_allclose(correlation, np.exp(-1.0), atol=0.06)
+    assert np.abs(section.wind(2).at(time)[0][0] - section.wind(1).at(time)[0][0]).max() > 1.0
+    assert section.is_drawn
+    assert not multirotor(UP, wind_mps=3.0).is_drawn
+
+
+def test_a_blown_flight_closes() -> None:
+    horizontal, attitude = closure(multirotor({**UP, "height_m": 3.0}, **BLOWN).trajectory(), 400.0)
+    assert horizontal < 1e-5
+    assert attitude < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"wind_from_deg": 90.0}, "wind_from_deg has no effect without wind_mps"),
+        ({"gust_s": 2.0}, "gust_s has no effect without gusts: give gust_sigma_mps"),
+        (
+            {"gust_sigma_mps": 1.0, "loop_rad_s": 5.0, "rotor_lag_s": 0.5},
+            "rotor_lag_s = 0.5 is too long for loop_rad_s",
+        ),
+    ],
+)
+def test_winds_that_make_no_sense(keys: dict[str, Any], said: str) -> None:
+    with pytest.raises((InputError, ValueError), match=said):
+        multirotor(UP, **keys)
