@@ -260,12 +260,8 @@ def unit_in_name(column: str | int | None) -> str | None:
 
 
 def epoch_unit(column: Array, interval: float) -> str | None:
-    """Return the unit in which stamps are dates since 1970: the unit; None if they are no such dates.
-
-    Args:
-        column: stamps, (N,).
-        interval: usual interval, in the same unit.
-    """
+    """Return the unit in which stamps are dates since 1970: the unit; None if they are no such dates. `column`: stamps,
+    (N,); `interval`: usual interval, in the same unit."""
     for unit, scale in TIME_UNITS.items():
         first, last = (float(column[k]) * scale for k in (0, -1))
         if _EPOCH[0] < first < _EPOCH[1] and _EPOCH[0] < last < _EPOCH[1] and unit != "100us":

@@ -41,11 +41,8 @@ _STEPS_GPS = _STEPS_UNIX - EPOCH_UNIX + np.arange(1, len(LEAP_SECONDS) + 1)
 
 
 def leap_seconds(unix: float | Array) -> Array:
-    """Return GPS time minus UTC: whole seconds, of the same shape; 0 before 1981, 18 since 2017.
-
-    Args:
-        unix: Unix times, () or (N,) s.
-    """
+    """Return GPS time minus UTC: whole seconds, of the same shape; 0 before 1981, 18 since 2017. `unix`: Unix times, ()
+    or (N,) s."""
     return np.asarray(np.searchsorted(_STEPS_UNIX, unix, side="right"), dtype=np.float64)
 
 
@@ -58,11 +55,7 @@ def check_weeks(path: Path, week: Array) -> None:
 
 
 def gps_from_unix(unix: float | Array) -> Array:
-    """Return GPS time: seconds since 1980-01-06 00:00:00 GPST, of the same shape.
-
-    Args:
-        unix: Unix times, () or (N,) s.
-    """
+    """Return GPS time: seconds since 1980-01-06 00:00:00 GPST, of the same shape. `unix`: Unix times, () or (N,) s."""
     return np.asarray(unix, dtype=np.float64) - EPOCH_UNIX + leap_seconds(unix)
 
 
@@ -80,21 +73,14 @@ def unix_from_gps(gps: float | Array) -> Array:
 
 
 def gps_from_date(date: datetime) -> int:
-    """Return GPS time of a date in UTC: whole seconds since 1980-01-06 00:00:00 GPST.
-
-    Args:
-        date: with a time zone, of whole seconds.
-    """
+    """Return GPS time of a date in UTC: whole seconds since 1980-01-06 00:00:00 GPST. `date`: with a time zone, of
+    whole seconds."""
     unix = round((date - datetime(1970, 1, 1, tzinfo=UTC)).total_seconds())
     return unix - EPOCH_UNIX + int(leap_seconds(unix))
 
 
 def date_from_gps(gps: float) -> datetime:
-    """Return the date in UTC: the date, to a microsecond.
-
-    Args:
-        gps: seconds since 1980-01-06 00:00:00 GPST.
-    """
+    """Return the date in UTC: the date, to a microsecond. `gps`: seconds since 1980-01-06 00:00:00 GPST."""
     return datetime(1970, 1, 1, tzinfo=UTC) + timedelta(seconds=float(unix_from_gps(gps)))
 
 
@@ -268,12 +254,8 @@ class Instant:
 
 
 def gps_instant(text: str, scale: Literal["gps", "utc", "unix"] = "gps") -> Instant:
-    """Return the instant of a date and time of day: the instant.
-
-    Args:
-        text: "2025-07-08 19:34:21.723".
-        scale: "gps", or else UTC, whose leap seconds are then added.
-    """
+    """Return the instant of a date and time of day: the instant. `text`: "2025-07-08 19:34:21.723"; `scale`: "gps", or
+    else UTC, whose leap seconds are then added."""
     date, _, fraction = text.replace("T", " ").partition(".")
     try:
         whole = datetime.fromisoformat(date)
@@ -286,11 +268,7 @@ def gps_instant(text: str, scale: Literal["gps", "utc", "unix"] = "gps") -> Inst
 
 
 def leap_seconds_of_day(day: str) -> int:
-    """Return by how much GPS time is ahead of UTC on a day: whole seconds.
-
-    Args:
-        day: "2025-07-08".
-    """
+    """Return by how much GPS time is ahead of UTC on a day: whole seconds. `day`: "2025-07-08"."""
     return sum(day >= leap for leap in LEAP_SECONDS)
 
 
@@ -308,12 +286,8 @@ class FileClock:
 
 
 def file_clock(clock: Clock, first: float, first_row: Instant | None) -> FileClock:
-    """Return the clock of a file: the clock; the description counts more than the file.
-
-    Args:
-        first: its first time, s.
-        first_row: instant of its first row, if the description gives it.
-    """
+    """Return the clock of a file: the clock; the description counts more than the file. `first`: its first time, s;
+    `first_row`: instant of its first row, if the description gives it."""
     if first_row is not None:
         return FileClock(clock, Instant(first_row.seconds, first_row.fraction - first))
     zero = None if clock.origin_gps_s is None else Instant(clock.origin_gps_s, 0.0)
@@ -322,11 +296,7 @@ def file_clock(clock: Clock, first: float, first_row: Instant | None) -> FileClo
 
 def offset(clock: FileClock, other: FileClock, name: str, first: float) -> float:
     """Return what is added to the times of another file so that they are on the clock of one's own: the offset, s.
-
-    Args:
-        name: what the other file is, for the message: "log.gnss".
-        first: first time of the other file, s.
-    """
+    `name`: what the other file is, for the message: "log.gnss"; `first`: first time of the other file, s."""
     if clock.zero is not None and other.zero is not None:
         return other.zero.seconds - clock.zero.seconds + (other.zero.fraction - clock.zero.fraction)
     if clock.zero is None and other.zero is None:

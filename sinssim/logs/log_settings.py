@@ -125,12 +125,8 @@ def outage_settings(written: Sequence[str]) -> list[str]:
 
 
 def outage_spans(written: Sequence[str], start: float, end: float) -> tuple[tuple[float, float], ...]:
-    """Return the outages within a run: beginning and end of each, in order, s.
-
-    Args:
-        written: as for `outage_settings`, with one beginning at most.
-        start, end: of the run, s.
-    """
+    """Return the outages within a run: beginning and end of each, in order, s. `written`: as for `outage_settings`,
+    with one beginning at most; `start`, `end`: of the run, s."""
     spans, regular = _parsed(written)
     keys: dict[str, Any] = {"at_s": spans}
     if regular is not None:
@@ -455,11 +451,8 @@ class Log(Source):
 
 
 def files_from(log: Any, folder: Path) -> None:
-    """Replace relative paths of a log's files by absolute ones, in the contents of a scenario's file.
-
-    Args:
-        folder: the scenario's folder.
-    """
+    """Replace relative paths of a log's files by absolute ones, in the contents of a scenario's file. `folder`: the
+    scenario's folder."""
     tables = [log.get(key) for key in ("imu", "gnss", "reference")] if isinstance(log, dict) else []
     others = log.get("others") if isinstance(log, dict) else None
     for table in (*tables, *(others if isinstance(others, list) else ())):

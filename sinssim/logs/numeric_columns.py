@@ -141,11 +141,7 @@ def not_a_number(path: Path, line: int, fields: Sequence[str]) -> InputError:
 
 
 def cut_row(name: str, line: int, place: Literal["first", "last"], fields: int, width: int) -> str:
-    """Return the sentence on a row that was cut short.
-
-    Args:
-        line: its number, from 1.
-    """
+    """Return the sentence on a row that was cut short. `line`: its number, from 1."""
     return f"{name}, line {line}: the {place} row was cut short ({fields} of {width} fields) and is left out."
 
 
@@ -234,12 +230,8 @@ def names_in(fields: list[str]) -> list[str]:
 
 
 def read_rows(path: Path, layout: RowLayout, *, comments: bool = False) -> Iterator[Row]:
-    """Yield the line of names, if there is one, and every row that is read.
-
-    Args:
-        path: a text file; any byte is accepted.
-        comments: whether lines that begin with # or % are left out.
-    """
+    """Yield the line of names, if there is one, and every row that is read. `path`: a text file; any byte is accepted;
+    `comments`: whether lines that begin with # or % are left out."""
     rows, names = text_rows(path, layout.delimiter, layout.skip_lines, comments=comments), None
     if not layout.numbered and (first := next(rows, None)) is not None:
         names = names_in(first[1])
@@ -443,11 +435,8 @@ def bad_row(
     path: Path, rows: Iterable[Row], widths: Collection[int], delimiter: str, error: Exception, *, hint: str = "",
     numbers: bool = False,
 ) -> InputError:  # fmt: skip
-    """Return the error that names the first row which is not as the others.
-
-    Args:
-        error: what the parser said, for a file in which no such row is found.
-    """
+    """Return the error that names the first row which is not as the others. `error`: what the parser said, for a file
+    in which no such row is found."""
     first = 0
     for line, fields in rows:
         if any("\0" in field for field in fields):
@@ -495,11 +484,7 @@ def head_numbers(head: bytes, rows: int = 5) -> Array | None:
 
 
 def check_finite(path: Path, values: Array, what: str) -> None:
-    """Refuse values that are not finite.
-
-    Args:
-        values: (N,) or (N, k).
-    """
+    """Refuse values that are not finite. `values`: (N,) or (N, k)."""
     fine = np.isfinite(values) if values.ndim == 1 else np.isfinite(values).all(axis=1)
     if not fine.all():
         raise InputError(f"{path}, row {int(np.argmin(fine)) + 1}: the {what} is missing or not finite.")
@@ -512,12 +497,7 @@ def write_columns(
     header: str = "",
     delimiter: str = " ",
 ) -> None:
-    """Write columns of numbers or words.
-
-    Args:
-        columns: (N,) each.
-        header: lines above, each with its end of line.
-    """
+    """Write columns of numbers or words. `columns`: (N,) each; `header`: lines above, each with its end of line."""
     import pyarrow as pa
     from pyarrow import csv
 
@@ -543,9 +523,5 @@ def rounded(time: Array, digits: int = 9) -> Array:
 
 
 def columns_of(*parts: Array) -> list[Array]:
-    """Return columns of arrays: (N,) each.
-
-    Args:
-        parts: (N,) or (N, k) each.
-    """
+    """Return columns of arrays: (N,) each. `parts`: (N,) or (N, k) each."""
     return [column for part in parts for column in (part[:, np.newaxis] if part.ndim == 1 else part).T]

@@ -239,11 +239,8 @@ _SHARE = (5.0, 75.0)
 
 
 def even_stamps(time: Array) -> tuple[Array, float]:
-    """Return even instants of samples: increasing instants, (N,) s, and the interval of the samples, s.
-
-    Args:
-        time: stamps, in the order of the samples, (N,) s.
-    """
+    """Return even instants of samples: increasing instants, (N,) s, and the interval of the samples, s. `time`: stamps,
+    in the order of the samples, (N,) s."""
     interval = _interval(time)
     for _ in range(2):
         number = _numbers(time, interval)
@@ -436,11 +433,7 @@ def bridge_noise(imu: ImuData, gaps: Array) -> AddedNoise | None:
 
 
 def gap_words(gaps: Array) -> Sequence[str]:
-    """Describe the bridged gaps.
-
-    Args:
-        gaps: beginning and length, (G, 2) s.
-    """
+    """Describe the bridged gaps, (G, 2) s: beginning and length."""
     if not len(gaps):
         return ()
     k = int(np.argmax(gaps[:, 1]))

@@ -238,11 +238,7 @@ class Judge:
         return sentences
 
     def run_errors(self, span: tuple[float, float]) -> dict[str, NavError]:
-        """Return the errors of the run's own algorithms within a span.
-
-        Args:
-            span: first and last time, s.
-        """
+        """Return the errors of the run's own algorithms within a span. `span`: first and last time, s."""
         errors = {}
         for name in self.run.algorithms:
             rows = self.run.errors(name)

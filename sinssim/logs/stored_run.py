@@ -126,12 +126,8 @@ class ErrorRule:
 
 
 def errors_by(rule: ErrorRule, truth: list[Array], solved: list[Array]) -> list[Array]:
-    """Return the errors of a solution: by `ERROR_COLUMNS`, (N,) each.
-
-    Args:
-        truth: `time_s` and `STATE_COLUMNS` of the truth, (N,) each.
-        solved: the same of the solution, at the same times.
-    """
+    """Return the errors of a solution: by `ERROR_COLUMNS`, (N,) each. `truth`: `time_s` and `STATE_COLUMNS` of the
+    truth, (N,) each; `solved`: the same of the solution, at the same times."""
     ellipsoid = replace(WGS84, name="of the run", a=rule.semi_major_axis, f=rule.flattening)
     state = NavState(truth[1], truth[2], truth[3], np.stack(truth[4:7], 1), np.stack(truth[7:11], 1))
     velocity, q_nb = np.stack(solved[4:7], 1), np.stack(solved[7:11], 1)
@@ -228,10 +224,7 @@ class StoredStreams:
 
 def first_line(error: Exception) -> str:
     """Return what an error says in its first line, shortened, without the quotes of a `KeyError` and the full stop.
-
-    Args:
-        error: what was raised while a stream was read.
-    """
+    `error`: what was raised while a stream was read."""
     text = str(error.args[0]) if isinstance(error, KeyError) and error.args else str(error)
     return text.split("\n", 1)[0][:200].rstrip(".")
 

@@ -206,11 +206,7 @@ _NOUNS = {"gpx": "point", "kml": "point", "track-csv": "row"}
 
 
 def track_format(path: Path, name: str | None) -> str:
-    """Return the format of a file.
-
-    Args:
-        name: the format, if it is given.
-    """
+    """Return the format of a file: `name`, if it is given."""
     if not path.exists() or path.is_dir():
         raise InputError(f"track.file = {str(path)!r} cannot be read: there is no such file.")
     if name is not None:
@@ -227,11 +223,8 @@ def track_format(path: Path, name: str | None) -> str:
 
 
 def read_samples(track: Track, ellipsoid: Ellipsoid) -> TrackSamples:
-    """Return the samples of a track's file, cut as the table says.
-
-    Args:
-        ellipsoid: reference ellipsoid, for the distances along a path without times.
-    """
+    """Return the samples of a track's file, cut as the table says. `ellipsoid`: reference ellipsoid, for the distances
+    along a path without times."""
     path = Path(track.file or "")
     kind = track_format(path, track.format)
     if track.speed_mps is not None:
@@ -369,11 +362,8 @@ class PreparedTrack:
 
 @lru_cache(maxsize=4)
 def prepare(track: Track, earth: TrueEarth, digest: str) -> PreparedTrack:
-    """Return the curve of a track; see `Track.prepared`.
-
-    Args:
-        digest: that of the track's file, so that a changed file is read again.
-    """
+    """Return the curve of a track; see `Track.prepared`. `digest`: that of the track's file, so that a changed file is
+    read again."""
     del digest  # part of the key only
     return _planned(track, earth) if track.waypoints else _of_recording(track, earth)
 

@@ -132,11 +132,7 @@ def page_of(exhibits: Exhibits) -> str:
 
 
 def parts_of(items: Iterable[Item], level: int) -> Iterator[str]:
-    """Yield exhibits as HTML.
-
-    Args:
-        level: of the headings of their sections, 2 below the title of a page.
-    """
+    """Yield exhibits as HTML. `level`: of the headings of their sections, 2 below the title of a page."""
     for item in items:
         if "page" not in item.on:
             continue

@@ -67,11 +67,8 @@ _MOST_BYTES = 24 * 2**20
 
 
 def write_stream(stream: Stream, folder: Path, metadata: Mapping[str, str] | None = None) -> Path:
-    """Write a stream as `<folder>/<name>.parquet`, through a temporary file.
-
-    Args:
-        stream: the stream; doubles stay doubles.
-    """
+    """Write a stream as `<folder>/<name>.parquet`, through a temporary file. `stream`: the stream; doubles stay
+    doubles."""
     tables = (arrow_table(stream, rows) for rows in blocks(len(stream.time)))
     return _write(tables, folder / f"{stream.name}.parquet", metadata)
 
@@ -105,11 +102,7 @@ def write_events(events: Sequence[FlightEvent], folder: Path) -> Path:
 
 
 def write_table(table: Any, path: Path) -> Path:
-    """Write a table as a Parquet file, through a temporary file.
-
-    Args:
-        table: a `pyarrow.Table`; doubles stay doubles.
-    """
+    """Write a table as a Parquet file, through a temporary file. `table`: a `pyarrow.Table`; doubles stay doubles."""
     return _write([table], path)
 
 
@@ -281,11 +274,7 @@ def _state(latitude: Array, longitude: Array, height: Array, velocity_ned: Array
 
 
 def truth_stream(time: Array, truth: NavState) -> Stream:
-    """Return the stream `truth`: n+1 rows.
-
-    Args:
-        time: (N+1,) s.
-    """
+    """Return the stream `truth`: n+1 rows. `time`: (N+1,) s."""
     s = truth
     return Stream("truth", time, _state(s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb))
 
@@ -440,11 +429,7 @@ def nav_stream(name: str, solution: NavSolution) -> Stream:
 
 
 def error_stream(name: str, error_at: Callable[[slice], NavError], time: Array) -> Stream:
-    """Return the stream `error_<algorithm>`: n+1 rows.
-
-    Args:
-        time: (N+1,) s.
-    """
+    """Return the stream `error_<algorithm>`: n+1 rows. `time`: (N+1,) s."""
     # the three vectors of a block, of which two threads write, are computed together
     block = lru_cache(maxsize=2)(lambda start, stop: error_at(slice(start, stop)))
 

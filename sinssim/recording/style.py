@@ -200,11 +200,7 @@ def stacked_widths(count: int) -> list[float]:
 
 
 def css(color: tuple[int, int, int]) -> str:
-    """Return a colour in CSS notation: "#rrggbb".
-
-    Args:
-        color: red, green, blue of 0…255 each.
-    """
+    """Return a colour, red, green, blue of 0…255 each, in CSS notation: "#rrggbb"."""
     return "#{:02x}{:02x}{:02x}".format(*color)
 
 
@@ -214,22 +210,15 @@ def is_one(color: Color | Sequence[Color]) -> bool:
 
 
 def css_of(color: Color) -> str:
-    """Return a colour of a chart in CSS notation.
-
-    Args:
-        color: a name of the table, one of the colours of text ("ink", "soft", "grid"), "#rrggbb", or red, green, blue.
-    """
+    """Return a colour of a chart in CSS notation. `color`: a name of the table, one of the colours of text ("ink",
+    "soft", "grid"), "#rrggbb", or red, green, blue."""
     if not isinstance(color, str):
         return css(color)
     return color if color.startswith("#") else _TEXTS.get(color) or css(colors([color])[0])
 
 
 def rgb_of(color: Color) -> Rgb:
-    """Return a colour of a chart as red, green and blue.
-
-    Args:
-        color: see `css_of`.
-    """
+    """Return a colour of a chart as red, green and blue. `color`: see `css_of`."""
     text = css_of(color)
     return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
 
@@ -245,11 +234,8 @@ def of_marks(marks: Sequence[Mark]) -> list[Any]:
 
 
 def shade(fraction: float) -> tuple[str, str]:
-    """Return the colour of a cell of a map, and of the number in it.
-
-    Args:
-        fraction: from 0, the palest, to 1; NaN for a cell without a value.
-    """
+    """Return the colour of a cell of a map, and of the number in it. `fraction`: from 0, the palest, to 1; NaN for a
+    cell without a value."""
     if math.isnan(fraction):
         return GRID, ON_LIGHT
     pale, deep = rgb_of(PALE), COLORS["r95"]
@@ -338,11 +324,8 @@ def gaps(angles: Array, turn: float) -> Array:
 
 
 def ticks(low: float, high: float, count: int, steps: Sequence[float] = (1.0, 2.0, 5.0)) -> tuple[Array, float]:
-    """Return round numbers within a range.
-
-    Args:
-        steps: allowed steps between them, up to a power of ten; in rising order, from 1 to under 10.
-    """
+    """Return round numbers within a range. `steps`: allowed steps between them, up to a power of ten; in rising order,
+    from 1 to under 10."""
     least = (high - low) / count
     power = 10.0 ** np.floor(np.log10(least))
     step = float(next(s for s in (*(s * power for s in steps), 10.0 * power) if s >= least * (1.0 - 1e-9)))
@@ -363,11 +346,8 @@ def tick_label(value: float, step: float) -> str:
 
 
 def time_ticks(start: float, end: float) -> tuple[Array, float, str, float]:
-    """Return round times: the times in their unit, the step between them, the unit's name and its size in s.
-
-    Args:
-        start, end: the range, s.
-    """
+    """Return round times: the times in their unit, the step between them, the unit's name and its size in s. `start`,
+    `end`: the range, s."""
     unit, size = time_unit(end - start)
     at, step = ticks(start / size, end / size, 9, (1.0, 2.0, 5.0) if unit == "h" else (1.0, 2.0, 3.0, 5.0))
     return at, step, unit, size

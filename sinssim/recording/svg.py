@@ -68,11 +68,8 @@ def text(x: float, y: float, words: str, anchor: str = "start", kind: str = "", 
 
 
 def points(x: Array, y: Array) -> str:
-    """Return coordinates in the form of a polyline, to a tenth of a pixel, without repetitions: "x,y x,y …".
-
-    Args:
-        x, y: (N,) px.
-    """
+    """Return coordinates in the form of a polyline, to a tenth of a pixel, without repetitions: "x,y x,y …". `x`, `y`:
+    (N,) px."""
     rounded = np.round(10.0 * np.column_stack((x, y)))
     new = np.concatenate(([True], (np.diff(rounded, axis=0) != 0.0).any(axis=1)))
     return " ".join([f"{a / 10:g},{b / 10:g}" for a, b in rounded[new].tolist()])
@@ -94,24 +91,15 @@ def path(x: Array, y: Array, color: str, width: float, dashes: str = "") -> str:
 
 
 def dots(x: Array, y: Array, color: str, size: float) -> str:
-    """Return dots.
-
-    Args:
-        x, y: (N,) px.
-        size: their diameter, px.
-    """
+    """Return dots. `x`, `y`: (N,) px; `size`: their diameter, px."""
     places = np.unique(np.round(2.0 * np.column_stack((x, y))), axis=0) / 2.0
     strokes = "".join([f"M{a:g} {b:g}h0" for a, b in places.tolist()])
     return f'<path d="{strokes}" fill="none" stroke="{color}" stroke-width="{size:.3g}" stroke-linecap="round"/>'
 
 
 def segments(x1: Sequence[float], y1: Sequence[float], x2: Sequence[float], y2: Sequence[float], kind: str) -> str:
-    """Return straight line segments of one kind.
-
-    Args:
-        x1, y1, x2, y2: their ends, px.
-        kind: "grid", "axis" or "mark".
-    """
+    """Return straight line segments of one kind. `x1`, `y1`, `x2`, `y2`: their ends, px; `kind`: "grid", "axis" or
+    "mark"."""
     color = style.GRID if kind == "grid" else style.SOFT
     strokes = "".join(f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for a, b, c, d in zip(x1, y1, x2, y2, strict=True))
     return (
@@ -185,12 +173,8 @@ class Drawing:
         self._body.append(f'<text x="{x:.1f}" y="{y + 4.2:.1f}" text-anchor="{anchor}"{kind}{fill}>{inside}</text>')
 
     def box(self, x: float, y: float, width: float, lines: Sequence[str], color: str) -> Block:
-        """Draw a block with its centre at a point, and return it.
-
-        Args:
-            x, y: the point, px.
-            width: px; the height follows from the lines.
-        """
+        """Draw a block with its centre at a point, and return it. `x`, `y`: the point, px; `width`: px; the height
+        follows from the lines."""
         height = _ROW * len(lines) + 14.0
         self._body.append(
             f'<rect x="{x - 0.5 * width:.1f}" y="{y - 0.5 * height:.1f}" width="{width:.1f}" height="{height:.1f}" '

@@ -352,11 +352,8 @@ def navigate_beside(scenario: Scenario, trajectory: Trajectory, grade: str, leve
 def coarse_alignment(
     scenario: Scenario, ellipsoid_of_truth: str, start: Start, measurements: Sequence[Measurements], model: ErrorModel
 ) -> Start:
-    """Return the start of the filter after the scenario's coarse alignment.
-
-    Args:
-        ellipsoid_of_truth: name of the reference ellipsoid of the measurements.
-    """
+    """Return the start of the filter after the scenario's coarse alignment. `ellipsoid_of_truth`: name of the reference
+    ellipsoid of the measurements."""
     section, imu, sigma = scenario.filter, start.imu, inertial_sigma(scenario)
     assert section is not None
     assert section.alignment_s is not None

@@ -147,11 +147,8 @@ def reversed_readings(readings: Measurements, edges: Array) -> Measurements:
 
 
 def signs_in_reverse_time(model: ErrorModel, kinds: Mapping[str, str]) -> Array:
-    """Return the sign that every state takes in reverse time: 1 or −1 for each state, (n,).
-
-    Args:
-        kinds: kind of measurement of each aiding sensor, by its label.
-    """
+    """Return the sign that every state takes in reverse time: 1 or −1 for each state, (n,). `kinds`: kind of
+    measurement of each aiding sensor, by its label."""
     signs = np.ones(model.size)
     for name, where in model.slices.items():
         sensor = next((label for label in kinds if name.startswith(f"{label} ")), "")

@@ -105,11 +105,7 @@ def closed_loop(
 
 def _to_go(moved: Sequence[float]) -> float:
     """Return how far a path is from that of the closed loop, m: what the slower of the last two gains leaves of how far
-    the last pass has moved it.
-
-    Args:
-        moved: how far each pass has moved the path, m.
-    """
+    the last pass has moved it. `moved`: how far each pass has moved the path, m."""
     shares = [after / before for before, after in pairwise(moved[-3:])]
     return moved[-1] * (min(max(shares), 1.0) if len(shares) == 2 else 1.0)
 

@@ -71,11 +71,7 @@ def ideal_readings(motion: PlaneMotion, ideal: PlaneIncrements, system: OneCompo
 
 
 def with_errors(ideal: PlaneReadings, system: OneComponent, seed: int) -> PlaneReadings:
-    """Return the readings of the sensors with their errors.
-
-    Args:
-        seed: the run's seed, for the noise.
-    """
+    """Return the readings of the sensors with their errors. `seed`: the run's seed, for the noise."""
     interval = np.diff(ideal.time)
     sensors = (system.accelerometer_x, system.accelerometer_y)
     dvel = np.stack(

@@ -255,11 +255,8 @@ def path_columns(scenario: Scenario) -> tuple[str, ...]:
 
 
 def path_values(scenario: Scenario, truth: Truth, solution: NavSolution, instants: Array) -> dict[str, Array]:
-    """Return the columns of `path_columns` at instants, (K,) s and m; a miss is the same at all of them.
-
-    Args:
-        solution: whose navigation error it is.
-    """
+    """Return the columns of `path_columns` at instants, (K,) s and m; a miss is the same at all of them. `solution`:
+    whose navigation error it is."""
     pieces = pieces_of(scenario, truth)
     errors = path_errors(scenario, truth, pieces, solution, instants)
     fte = errors.fte if truth.guided is not None else errors.tse

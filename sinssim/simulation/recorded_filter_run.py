@@ -270,12 +270,8 @@ def _told(measurements: Measurements, factor: float) -> Measurements:
 def compare_recorded(
     estimate: Estimate, sensed: Sequence[AidingReadings], reference: Reference | None, end: float
 ) -> RecordedAided:
-    """Compare an estimate on recorded sensors with a reference.
-
-    Args:
-        reference: what it is compared with; None for nothing.
-        end: end of the run, s.
-    """
+    """Compare an estimate on recorded sensors with a reference. `reference`: what it is compared with; None for
+    nothing; `end`: end of the run, s."""
     nothing = cast("Trajectory", None)  # there is no true motion; nothing here asks for it
     smoothed = _differences(estimate, estimate.smoothed, reference)
     backward = _differences(estimate, estimate.backward, reference)

@@ -116,12 +116,8 @@ class Truth:
 
 
 def truth_along(trajectory: Trajectory, scenario: Scenario, guided: Guided | None = None) -> Truth:
-    """Return the truth of a simulated run along the motion of its vehicle.
-
-    Args:
-        trajectory: the motion of the vehicle at the block's place.
-        guided: how a flight came to follow its navigator.
-    """
+    """Return the truth of a simulated run along the motion of its vehicle. `trajectory`: the motion of the vehicle at
+    the block's place; `guided`: how a flight came to follow its navigator."""
     from sinssim.scenario.true_motion import block_of
     from sinssim.sensors.imu.emulation import digital
 
@@ -297,11 +293,8 @@ def planned(scenario: Scenario, *, recorded: bool) -> Plan:
 
 
 def sense_recorded(scenario: Scenario, motion: RecordedMotion) -> Sensed:
-    """Return what recorded sensors read, compensated by the errors that the scenario gives as numbers.
-
-    Args:
-        motion: what is known of the motion, with the recording.
-    """
+    """Return what recorded sensors read, compensated by the errors that the scenario gives as numbers. `motion`: what
+    is known of the motion, with the recording."""
     from sinssim.sensors.sets.sensor_readings import Readings
 
     imu = motion.prepared.log.imu
@@ -351,11 +344,7 @@ class Stages:
         self._begin = time.perf_counter()
 
     def within(self, stage: str) -> Progress:
-        """Return a function of the present work within a stage and the fraction done.
-
-        Args:
-            stage: one of `STAGES`.
-        """
+        """Return a function of the present work within a stage and the fraction done. `stage`: one of `STAGES`."""
         return lambda what, fraction: self.report(f"{stage}: {what}", fraction)
 
     @contextmanager

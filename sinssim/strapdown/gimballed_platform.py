@@ -138,13 +138,8 @@ def simulate(
     time: Array, of: Models, channel: Channel, rows: Rows, rule: int, axis: Array, of_x: Array,
     sensors: Packed, key_0: np.uint64, key_1: np.uint64, platform: Platform,
 ) -> None:  # fmt: skip
-    """Run the loop.
-
-    Args:
-        time: edges, (N+1,) s.
-        of, channel, rows, rule, axis, of_x: the navigator, as in `sinssim.strapdown.frames.azimuth`; attitude and
-            defect are not written.
-    """
+    """Run the loop. `time`: edges, (N+1,) s; `of`, `channel`, `rows`, `rule`, `axis`, `of_x`: the navigator, as in
+    `sinssim.strapdown.frames.azimuth`; attitude and defect are not written."""
     c, p, count = sensors, platform, time.shape[0] - 1
     z, s = np.empty((4, 6, _BLOCK)), np.empty((1, 6, STATES))
     u, y, f = np.zeros(6), np.zeros(6), np.zeros(6, np.uint8)

@@ -103,12 +103,8 @@ def _reading_errors(errors: UnitErrors, m: int, n: int, first: int, share: float
 
 @strict_kernel
 def step_responses(of: StepMotion, errors: UnitErrors, out: Array, means: Array) -> None:
-    """Compute the responses over all steps.
-
-    Args:
-        out: position, velocity, attitude at the end of each step, (K, 9, m), written.
-        means: mean of u over each step in body axes, gyros first, (K, 6, m), written.
-    """
+    """Compute the responses over all steps. `out`: position, velocity, attitude at the end of each step, (K, 9, m),
+    written; `means`: mean of u over each step in body axes, gyros first, (K, 6, m), written."""
     out[:, :, :], means[:, :, :] = 0.0, 0.0
     for k in range(len(of.edges) - 1):
         length, x, u = 0.0, out[k], means[k]

@@ -203,12 +203,8 @@ class Drift:
 
 
 def even_times(time: Array, drift: float) -> Array:
-    """Return times that run as fast as those of the fixes, with the same first one.
-
-    Args:
-        time: of the unit, (N,) s.
-        drift: s/s.
-    """
+    """Return times that run as fast as those of the fixes, with the same first one. `time`: of the unit, (N,) s;
+    `drift`: s/s."""
     return np.asarray(time[0] + (time - time[0]) / (1.0 + drift))
 
 

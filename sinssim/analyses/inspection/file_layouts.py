@@ -215,11 +215,8 @@ class Guessed:
 
 
 def guess_files(tables: list[TextTable], *, unit_known: bool = False, lasts: float | None = None) -> Guessed:
-    """Guess what text files of unknown columns hold.
-
-    Args:
-        lasts: duration of the fixes of other files, s; None if there are none.
-    """
+    """Guess what text files of unknown columns hold. `lasts`: duration of the fixes of other files, s; None if there
+    are none."""
     tables, beside = _split(tables)
     tables = [replace(table, lasts=lasts or _longest_fixes(tables)) for table in tables]
     units: list[tuple[TextTable, Layout]] = []

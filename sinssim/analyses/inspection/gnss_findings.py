@@ -26,11 +26,7 @@ _SHOWN_FIXES = 6
 
 
 def fix_findings(fixes: FixStream, delay: float) -> list[Finding]:
-    """Judge fixes by themselves.
-
-    Args:
-        delay: age of the velocities at their stamps, s.
-    """
+    """Judge fixes by themselves. `delay`: age of the velocities at their stamps, s."""
     whole = fixes
     fixes = whole.rows(whole.has_fix) if whole.has_fix.any() else whole
     findings = _place(fixes)

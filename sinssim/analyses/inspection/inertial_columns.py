@@ -264,11 +264,8 @@ def relative(path: Path, folder: Path) -> str:
 
 
 def guess_layout(table: TextTable, known: tuple[Three, str] | None = None) -> Layout:
-    """Guess the layout of a log of inertial readings.
-
-    Args:
-        known: columns and unit of the accelerations, if they are known.
-    """
+    """Guess the layout of a log of inertial readings. `known`: columns and unit of the accelerations, if they are
+    known."""
     time, unit, interval = time_column(table)
     free = _threes(table, time)
     accel = min((accelerometers(table, three, time, interval) for three in free), default=None)

@@ -410,12 +410,8 @@ def are_raw(names: Sequence[str]) -> bool:
 
 
 def suggest(paths: Sequence[Path], progress: Progress = silent, *, trial: bool = True) -> Suggestion:
-    """Return the scenario that recorded files suggest: their navigation, or a simulated unit on their track.
-
-    Args:
-        paths: files of an inertial unit and a receiver, or one file of fixes or of a solution.
-        trial: as for `inspect`.
-    """
+    """Return the scenario that recorded files suggest: their navigation, or a simulated unit on their track. `paths`:
+    files of an inertial unit and a receiver, or one file of fixes or of a solution; `trial`: as for `inspect`."""
     for path in paths:
         if path.is_dir() and (path / "summary.json").is_file():
             raise InputError(

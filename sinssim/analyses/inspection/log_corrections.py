@@ -176,11 +176,7 @@ _LATEST_FIX_S = 1.5
 
 
 def since(inspection: Inspection, time: float) -> float:
-    """Return a time of the fixes as time since the first row of the unit, s.
-
-    Args:
-        time: on the clock of the fixes, s.
-    """
+    """Return a time of the fixes as time since the first row of the unit, s. `time`: on the clock of the fixes, s."""
     assert inspection.inertial is not None
     offset = inspection.stated if inspection.offset is None else inspection.offset
     return time + (offset or 0.0) - float(inspection.inertial.time[0])
@@ -188,10 +184,7 @@ def since(inspection: Inspection, time: float) -> float:
 
 def starts(inspection: Inspection, *, of_reference: bool = False) -> float:
     """Return when the run has to begin, s since the first row of the unit: at the first fix if that comes late.
-
-    Args:
-        of_reference: whether a reference gives the start, which has to contain the first instant.
-    """
+    `of_reference`: whether a reference gives the start, which has to contain the first instant."""
     if inspection.fixes is None or (inspection.offset is None and inspection.stated is None):
         return 0.0
     fixes = inspection.fixes
@@ -222,11 +215,8 @@ def first_stop(inspection: Inspection) -> tuple[float, float] | None:
 def changes(
     inspection: Inspection, scenario: Scenario, clocks: tuple[Clock, Clock | None]
 ) -> tuple[list[Change], list[str]]:
-    """Return what an inspection changes in a scenario with [log].
-
-    Args:
-        clocks: of the unit and of the receiver, with what the scenario says of them.
-    """
+    """Return what an inspection changes in a scenario with [log]. `clocks`: of the unit and of the receiver, with what
+    the scenario says of them."""
     log = scenario.log
     assert log is not None
     assert inspection.inertial is not None

@@ -291,11 +291,8 @@ def scale_finding(stream: InertialStream, quiet: AtRest | None, gravity: float) 
 
 
 def rest_findings(quiet: AtRest | None, moves: Moves | None = None) -> list[Finding]:
-    """Describe the quiet spans: their place, the rate of turn there, and the noise.
-
-    Args:
-        moves: motion that the fixes show; None if nothing is known.
-    """
+    """Describe the quiet spans: their place, the rate of turn there, and the noise. `moves`: motion that the fixes
+    show; None if nothing is known."""
     if quiet is None:
         slow = "" if moves is None else f" while the fixes move by less than {moves.limit:.2g} m/s"
         return [

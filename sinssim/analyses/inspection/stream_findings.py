@@ -81,12 +81,7 @@ _SATURATED = 3
 
 
 def channel_findings(subject: str, values: Array, unit: str, scale: float = 1.0) -> list[Finding]:
-    """Judge the numbers of three channels.
-
-    Args:
-        values: (N, 3), SI.
-        scale: one of that unit, SI.
-    """
+    """Judge the numbers of three channels. `values`: (N, 3), SI; `scale`: one of that unit, SI."""
     findings: list[Finding] = []
     bad = ~np.isfinite(values).all(axis=1)
     if bad.any():
@@ -226,11 +221,7 @@ def rate_findings(subject: str, time: Array) -> list[Finding]:
 
 
 def time_findings(subject: str, time: Array, unit: str = "samples") -> list[Finding]:
-    """Judge the times of a stream.
-
-    Args:
-        time: stamps, (N,) s.
-    """
+    """Judge the times of a stream. `time`: stamps, (N,) s."""
     count = len(time)
     if count < 2:
         return [wrong(subject, f"{subject} has {count} {unit}.", "At least two are needed.", count=count)]

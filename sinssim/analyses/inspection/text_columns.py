@@ -112,12 +112,7 @@ class TextTable:
         return keys
 
     def selected(self, column: int, value: str, chosen: NDArray[np.bool_]) -> TextTable:
-        """Return some rows: those in which a column has a value.
-
-        Args:
-            column: from 0.
-            chosen: the rows, (N,).
-        """
+        """Return some rows: those in which a column has a value. `column`: from 0; `chosen`: the rows, (N,)."""
         rows = {**self.rows, str(self.label(column)): value}
         kinds = {k: texts[chosen] for k, texts in self.kinds.items() if k != column}
         return replace(self, values=self.values[chosen], rows=rows, kinds=kinds)
@@ -187,12 +182,8 @@ def read_table(path: Path) -> TextTable:
 def _heading(
     lines: list[str], widths: list[int], delimiter: str, width: int, ends_empty: bool
 ) -> tuple[tuple[str, ...] | None, tuple[str, ...] | None]:
-    """Return the names of the columns, and what is known of columns that cannot be named.
-
-    Args:
-        width: number of fields of a row of numbers.
-        ends_empty: whether such a row ends with a delimiter.
-    """
+    """Return the names of the columns, and what is known of columns that cannot be named. `width`: number of fields of
+    a row of numbers; `ends_empty`: whether such a row ends with a delimiter."""
     if not lines:
         return None, None
     if lines[-1].lstrip().startswith(_COMMENT):

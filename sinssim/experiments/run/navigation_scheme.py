@@ -220,11 +220,7 @@ _NEAR = np.radians(12.0)
 
 
 def axes_exhibits(scenario: Scenario, truth: NavState, solutions: Mapping[str, NavSolution]) -> Iterator[Item]:
-    """Yield a drawing of the axes at the start of a run, and its angles.
-
-    Args:
-        truth: true states, N rows.
-    """
+    """Yield a drawing of the axes at the start of a run, and its angles. `truth`: true states, N rows."""
     q = truth.q_nb[0]
     roll, pitch, heading = (float(angle) for angle in euler_from_quaternion(q))
     latitude = float(truth.latitude[0])
@@ -291,11 +287,7 @@ def _earth(d: Drawing, latitude: float) -> None:
 
 
 def seen(vector: Array) -> Point:
-    """Return where a vector in north, east, down ends on the drawing: px.
-
-    Args:
-        vector: (3,), in units of the drawing.
-    """
+    """Return where a vector in north, east, down ends on the drawing: px. `vector`: (3,), in units of the drawing."""
     north, east, down = (float(v) for v in vector)
     across = north * np.sin(-_TURN) + east * np.cos(_TURN)
     depth = north * np.cos(_TURN) + east * np.sin(_TURN)

@@ -224,11 +224,7 @@ class LastSolution:
         self._apart = math.inf  # least time between two solutions, s
 
     def __call__(self, sent: float) -> NavSolution | None:
-        """Return it; None: none has come.
-
-        Args:
-            sent: time until which samples were sent, s.
-        """
+        """Return it; None: none has come. `sent`: time until which samples were sent, s."""
         self._listener.last = time.monotonic()
         self._read()
         while not self._paced and self._is_due(sent) and time.monotonic() - self._listener.last < _QUIET_S:

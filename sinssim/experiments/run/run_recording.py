@@ -314,12 +314,7 @@ def draw_flight(
 
 
 def draw_outages(recording: Recording, time: Array, truth: NavState, outages: Sequence[tuple[float, float]]) -> None:
-    """Mark the parts of the track without satellites on the map.
-
-    Args:
-        time: (N,) s.
-        outages: spans, s.
-    """
+    """Mark the parts of the track without satellites on the map. `time`: (N,) s; `outages`: spans, s."""
     import rerun as rr
 
     parts = []

@@ -122,12 +122,8 @@ class Streamed:
 
 
 def streamed(run: RecordedRun, start: str | None = None, rate_hz: float | None = None) -> Streamed:
-    """Return what a run sends.
-
-    Args:
-        start: date of the run's time 0, UTC; by default that of the log, or of exports.
-        rate_hz: largest rate of the inertial samples; the increments of several are added.
-    """
+    """Return what a run sends. `start`: date of the run's time 0, UTC; by default that of the log, or of exports;
+    `rate_hz`: largest rate of the inertial samples; the increments of several are added."""
     content = choose(run, date_of_run(run, start), [], None)
     readings = content.imu
     assert readings.interval is not None  # those of a run
@@ -151,10 +147,7 @@ def readings_of(
     name: str, settings: Sequence[str], start: str | None, rate_hz: float | None, *, progress: bool = False
 ) -> Iterator[Streamed]:
     """Yield what a run sends, given its directory, or a scenario, which is computed first; otherwise as `streamed`.
-
-    Args:
-        settings: settings "key=value" of a scenario.
-    """
+    `settings`: settings "key=value" of a scenario."""
     if Path(name).is_dir():
         if settings:
             raise InputError(f"--set changes a scenario, and {name} is a run that is computed already.")

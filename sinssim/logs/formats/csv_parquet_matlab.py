@@ -272,11 +272,7 @@ def _write_csv_fixes(f: FixStream, path: Path) -> None:
 
 
 def write_parquet(content: Content, place: Path) -> list[str]:
-    """Write a folder of Parquet files.
-
-    Args:
-        content: of any run; every stream is written whole.
-    """
+    """Write a folder of Parquet files. `content`: of any run; every stream is written whole."""
     import pyarrow as pa
     from pyarrow import parquet
 
@@ -302,11 +298,7 @@ _MAT_LARGEST = 2**31 - 1  # bytes of one variable in version 5
 
 
 def write_mat(content: Content, place: Path) -> list[str]:
-    """Write the file.
-
-    Args:
-        content: what is written; all solutions of the run go in.
-    """
+    """Write the file. `content`: what is written; all solutions of the run go in."""
     from scipy.io import savemat
 
     week, seconds = week_and_seconds(content.start_gps_s)

@@ -336,12 +336,8 @@ _TRUTH_HEADER = (
 
 
 def unix_ns(content: Content, time: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return stamps as nanoseconds of Unix time: (N,) int64.
-
-    Args:
-        content: with the date of time 0.
-        time: the run's own time, (N,) s.
-    """
+    """Return stamps as nanoseconds of Unix time: (N,) int64. `content`: with the date of time 0; `time`: the run's own
+    time, (N,) s."""
     seconds, ns = content.stamps(time)
     return np.asarray(unix_from_gps(seconds.astype(np.float64)).astype(np.int64) * 1_000_000_000 + ns, dtype=np.int64)
 

@@ -263,11 +263,8 @@ class Points:
 
 
 def path_points(content: Content) -> Points:
-    """Return the points of the chosen solution: the points.
-
-    Args:
-        content: what is written; without a rate at most `MOST` points.
-    """
+    """Return the points of the chosen solution: the points. `content`: what is written; without a rate at most `MOST`
+    points."""
     stream = content.solution
     total = len(replace(content, rate_hz=None).solution)
     every = 1 if content.rate_hz is not None else max(1, -(-len(stream) // MOST))
@@ -277,12 +274,8 @@ def path_points(content: Content) -> Points:
 
 
 def dates(content: Content, time: Array) -> list[str]:
-    """Return the dates of times in UTC, to a millisecond: for example "2026-01-01T00:00:00.010Z".
-
-    Args:
-        content: with the date of time 0.
-        time: the run's own time, (N,) s.
-    """
+    """Return the dates of times in UTC, to a millisecond: for example "2026-01-01T00:00:00.010Z". `content`: with the
+    date of time 0; `time`: the run's own time, (N,) s."""
     unix = unix_from_gps(content.start_gps_s + time)
     start = datetime(1970, 1, 1, tzinfo=UTC)
     ms = np.round(unix * 1e3).astype(np.int64)

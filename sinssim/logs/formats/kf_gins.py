@@ -293,11 +293,7 @@ def initial_sigma(content: Content, time: float) -> tuple[Array, Array, Array]:
 
 
 def configuration(content: Content, start: float) -> str:
-    """Return the configuration file.
-
-    Args:
-        start: seconds of the week of the run's time 0.
-    """
+    """Return the configuration file. `start`: seconds of the week of the run's time 0."""
     imu = content.imu
     rate = round((len(imu) - 1) / float(imu.time[-1] - imu.time[0])) if len(imu) > 1 else 1
     time, state = start_of(content)

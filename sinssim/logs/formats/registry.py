@@ -129,11 +129,8 @@ def format_of(name: str) -> Format:
 
 
 def candidates(path: Path) -> list[str]:
-    """Return the names of the formats that a file may have: keys of `FORMATS`, none if no format fits.
-
-    Args:
-        path: a file, or a folder for the formats that are folders.
-    """
+    """Return the names of the formats that a file may have: keys of `FORMATS`, none if no format fits. `path`: a file,
+    or a folder for the formats that are folders."""
     if not path.exists():
         raise InputError(f"{path} does not exist; give a recorded file.")
     head = b""
@@ -182,12 +179,8 @@ def detect(path: Path) -> str:
 
 
 def read_file(path: Path | str, format_name: str | None = None) -> Streams:
-    """Read a recorded file.
-
-    Args:
-        path: the file, or a folder for the formats that are folders.
-        format_name: key of `FORMATS`; found from the file if not given.
-    """
+    """Read a recorded file. `path`: the file, or a folder for the formats that are folders; `format_name`: key of
+    `FORMATS`; found from the file if not given."""
     path = Path(path)
     if format_name is not None:
         FORMATS.check(format_name)
@@ -245,11 +238,8 @@ INSTALL = "pip install 'sinssim[logs]'"
 
 
 def library(module: str, package: str, purpose: str) -> Any:
-    """Import a library of the extra `logs`.
-
-    Args:
-        purpose: what needs it, the beginning of the message: a file, or "--to mcap".
-    """
+    """Import a library of the extra `logs`. `purpose`: what needs it, the beginning of the message: a file, or "--to
+    mcap"."""
     try:
         return importlib.import_module(module)
     except ImportError as error:

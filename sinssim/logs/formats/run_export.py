@@ -246,11 +246,8 @@ def _with_outages(content: Content, written: Sequence[str], to: str, writer: Exp
 
 
 def date_of_run(run: RecordedRun, start: str | None) -> float:
-    """Return the GPS time of a run's time 0: seconds; of a log to the microsecond.
-
-    Args:
-        start: its date, UTC; None for that of its log, or for `DEFAULT_START` if it has none.
-    """
+    """Return the GPS time of a run's time 0: seconds; of a log to the microsecond. `start`: its date, UTC; None for
+    that of its log, or for `DEFAULT_START` if it has none."""
     if start is None and run.start_gps_s is not None:
         return run.start_gps_s
     return parse_date(DEFAULT_START if start is None else start, "--start")

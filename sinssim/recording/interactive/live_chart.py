@@ -83,12 +83,8 @@ def can_zoom(chart: Chart) -> bool:
 
 
 def live_map(still: str, chart: Chart, across: Ends, upright: Ends) -> str:
-    """Return a map as HTML: its still picture, and what the script draws of it at other scales.
-
-    Args:
-        still: the picture, SVG.
-        across, upright: ends of both axes, SI.
-    """
+    """Return a map as HTML: its still picture, and what the script draws of it at other scales. `still`: the picture,
+    SVG; `across`, `upright`: ends of both axes, SI."""
     size, arrays = chart.unit(False)[1], list[Array]()
 
     def number(values: Array) -> int:

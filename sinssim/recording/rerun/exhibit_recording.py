@@ -184,12 +184,8 @@ def _ends(chart: Chart, below: Sequence[tuple[float, float]]) -> tuple[float, fl
 
 
 def record_cloud(recording: Recording, entity: str, cloud: Cloud, start: float) -> None:
-    """Record points that move in a plane, and the circles about its origin.
-
-    Args:
-        cloud: the points.
-        start: added to its times, s.
-    """
+    """Record points that move in a plane, and the circles about its origin. `cloud`: the points; `start`: added to its
+    times, s."""
     size = suiting(cloud.units, cloud.x, cloud.y)[1]
     # the picture's y axis points down
     frames = np.stack((cloud.x, -cloud.y), axis=-1).transpose(1, 0, 2) / size

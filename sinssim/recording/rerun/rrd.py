@@ -130,11 +130,7 @@ _PIPES_HAVE_NAMES = os.path.isdir("/dev/fd")  # not on Windows: there Rerun writ
 
 
 def nanoseconds(time: Array) -> Array:
-    """Return times in the form of a recording: nearest whole nanoseconds, (N,) timedelta64[ns].
-
-    Args:
-        time: (N,) s.
-    """
+    """Return times in the form of a recording: nearest whole nanoseconds, (N,) timedelta64[ns]. `time`: (N,) s."""
     return np.rint(time * 1e9).astype(np.int64).astype("timedelta64[ns]")
 
 
@@ -415,11 +411,8 @@ class Recording:
 
 @contextlib.contextmanager
 def whole_recording(path: Path, application: str) -> Iterator[Recording]:
-    """Write a recording beside its place, and rename it into its place when it is complete.
-
-    Args:
-        path: the file, by convention with the suffix .rrd; its folder is made.
-    """
+    """Write a recording beside its place, and rename it into its place when it is complete. `path`: the file, by
+    convention with the suffix .rrd; its folder is made."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with draft(path) as beside, Recording(beside, application) as recording:
@@ -429,11 +422,7 @@ def whole_recording(path: Path, application: str) -> Iterator[Recording]:
 
 
 def time_plot(entity: str, name: str, time: Array) -> rrb.TimeSeriesView:
-    """Return a plot whose time axis shows a whole record.
-
-    Args:
-        time: instants of the record, (N,) s.
-    """
+    """Return a plot whose time axis shows a whole record. `time`: instants of the record, (N,) s."""
     start, end = (rrb.TimeRangeBoundary.absolute(seconds=float(time[k])) for k in (0, -1))
     return rrb.TimeSeriesView(
         origin=entity, name=name, axis_x=rrb.TimeAxis(view_range=rr.TimeRange(start=start, end=end))

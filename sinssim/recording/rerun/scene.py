@@ -107,12 +107,8 @@ class Scene:
         return 0.09 * self.size
 
     def points(self, latitude: Array, longitude: Array, height: Array) -> Array:
-        """Return positions in the scene: east, north and exaggerated height above the floor, (N, 3) m.
-
-        Args:
-            latitude, longitude: (N,) rad.
-            height: (N,) m.
-        """
+        """Return positions in the scene: east, north and exaggerated height above the floor, (N, 3) m. `latitude`,
+        `longitude`: (N,) rad; `height`: (N,) m."""
         origin = geodetic_to_ecef(self.latitude, self.longitude, self.height, self.ellipsoid)
         east, north = self._plane()
         difference = geodetic_to_ecef(latitude, longitude, height, self.ellipsoid) - origin
@@ -159,10 +155,7 @@ def some_rows(track: NavState) -> NavState:
 
 def map_zoom(tracks: Sequence[NavState | NavSolution]) -> float:
     """Return the zoom level of a web map (Mercator, 256 points around the equator at level 0) that shows tracks.
-
-    Args:
-        tracks: with arrays of latitude and longitude, rad.
-    """
+    `tracks`: with arrays of latitude and longitude, rad."""
     first = tracks[0].longitude[0]
     limit = np.radians(85.0)  # latitude limit of such maps
     x, y = [], []

@@ -137,11 +137,7 @@ def view_names() -> list[str]:
 
 
 def load_view(name: str, run: RunInfo) -> Any:
-    """Return one view's layout: A `rerun.blueprint.Blueprint`.
-
-    Args:
-        name: name of a view, or path of a Python file.
-    """
+    """Return one view's layout, a `rerun.blueprint.Blueprint`. `name`: name of a view, or path of a Python file."""
     file = find_content("viz", name)
     return _layout(file, _module(file), run)
 

@@ -42,12 +42,8 @@ _STEP = 1e-4  # of the largest reading, for the slope of the response: the diffe
 
 
 def compensate(measured: ImuData, calibration: ImuErrors) -> ImuData:
-    """Compensate the errors of increments by calibration values.
-
-    Args:
-        calibration: calibrated values of the errors: the fields in `CALIBRATED` of each triad, the temperature, the
-            arms and the delay.
-    """
+    """Compensate the errors of increments by calibration values. `calibration`: calibrated values of the errors: the
+    fields in `CALIBRATED` of each triad, the temperature, the arms and the delay."""
     measured = checked_imu(measured)
     if not isinstance(calibration, ImuErrors):
         raise InputError(f"calibration must be ImuErrors, not {shortened(repr(calibration))}.")

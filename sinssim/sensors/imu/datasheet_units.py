@@ -76,11 +76,7 @@ def to_si(key: str, value: float) -> float:
 
 
 def not_absurd(key: str, value: Any) -> Any:
-    """Refuse an absurdly large error.
-
-    Args:
-        value: a number, several, or None.
-    """
+    """Refuse an absurdly large error. `value`: a number, several, or None."""
     stated = line(key)
     if stated is not None and value is not None:
         most = stated.term.most

@@ -148,10 +148,7 @@ class Encoders:
 
     def turned_out(self, solution: NavSolution) -> NavSolution:
         """Return the solution of the block with the vehicle's attitude: the same with the vehicle's attitude.
-
-        Args:
-            solution: with the block's attitude, K rows.
-        """
+        `solution`: with the block's attitude, K rows."""
         angles, q_nv = self.angles(solution.time), np.empty_like(solution.q_nb)
         for first in range(0, len(q_nv), PART):
             part = slice(first, first + PART)

@@ -165,12 +165,8 @@ def begin(active: int, s: Array, run: int, key_0: np.uint64, key_1: np.uint64) -
 
 @strict_inline
 def advance(active: int, c: Array, t0: float, t1: float) -> None:
-    """Advance the conditions to the next interval.
-
-    Args:
-        c: conditions, (CONDITIONS,).
-        t0, t1: edges of the interval, s.
-    """
+    """Advance the conditions to the next interval. `c`: conditions, (CONDITIONS,); `t0`, `t1`: edges of the interval,
+    s."""
     interval = t1 - t0
     c[FROM], c[TO], c[T] = t0, t1, interval
     c[ROOT_T] = math.sqrt(interval)

@@ -38,11 +38,8 @@ PER_G = {"g": G0, "mps2": 1.0}
 
 
 def per(units: Mapping[str, float], below: Mapping[str, float]) -> dict[str, float]:
-    """Return the units of a quotient: every combination, for example "deg_h_per_g".
-
-    Args:
-        units: units of the numerator, size in SI by name in a key.
-    """
+    """Return the units of a quotient: every combination, for example "deg_h_per_g". `units`: units of the numerator,
+    size in SI by name in a key."""
     return {f"{name}_per_{other}": size / unit for name, size in units.items() for other, unit in below.items()}
 
 
@@ -200,11 +197,7 @@ class ErrorTerm:
 
     def factors(self, warmth: Any, time: Any) -> tuple[Any, Any, Any, Any]:
         """Return the factors of 1, `sensed`, `along` and `force` in what it multiplies, if that is linear in these.
-
-        Args:
-            warmth: temperature above that of the calibration, (...) K.
-            time: time since the start, (...) s.
-        """
+        `warmth`: temperature above that of the calibration, (...) K; `time`: time since the start, (...) s."""
         assert self.multiplies is not None
         constant = self.multiplies(0.0, 0.0, 0.0, warmth, time)
         units = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))

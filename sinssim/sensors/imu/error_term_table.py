@@ -336,9 +336,5 @@ CALIBRATED = tuple(name for name in SLOTS if FIELDS[name].calibrated)
 
 
 def of_triad(triad: str) -> tuple[ErrorTerm, ...]:
-    """Return the terms of one triad.
-
-    Args:
-        triad: "gyro" or "accel".
-    """
+    """Return the terms of one triad. `triad`: "gyro" or "accel"."""
     return tuple(term for term in TERMS if term.triad == triad)

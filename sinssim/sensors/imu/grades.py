@@ -233,11 +233,8 @@ GRADES: dict[str, str] = {name: grade.description for name, grade in GRADE_TABLE
 
 
 def find_grade(name: str) -> Grade:
-    """Return one grade: of the table, of a real product, or of a user's file.
-
-    Args:
-        name: one of `GRADES`; the name of a file in the content folder `scenarios/grades`; or the path of a TOML file.
-    """
+    """Return one grade: of the table, of a real product, or of a user's file. `name`: one of `GRADES`; the name of a
+    file in the content folder `scenarios/grades`; or the path of a TOML file."""
     if name in GRADE_TABLE:
         return GRADE_TABLE[name]
     return read_grade(grade_file(name))
@@ -253,11 +250,7 @@ GradeName = Annotated[str, AfterValidator(_known)]
 
 
 def grade_file(name: str) -> Path:
-    """Return the file of a grade that is not in the table.
-
-    Args:
-        name: as for `find_grade`.
-    """
+    """Return the file of a grade that is not in the table. `name`: as for `find_grade`."""
     return _file(name, Path.cwd())
 
 
@@ -287,8 +280,5 @@ def _file(name: str, folder: Path) -> Path:
 
 def grade_name(name: str) -> str:
     """Return the name of a grade for people: the name itself, or that of the file without its folder and ".toml".
-
-    Args:
-        name: as `imu.grade`.
-    """
+    `name`: as `imu.grade`."""
     return Path(name).stem if name.endswith(SUFFIX) else name

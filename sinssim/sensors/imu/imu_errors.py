@@ -37,11 +37,7 @@ class WarmUp:
     time_constant: float = 600.0
 
     def temperature(self, t: Array) -> Array:
-        """Return Θ: temperature above that of the calibration, (...) K.
-
-        Args:
-            t: time since the first sample, (...) s.
-        """
+        """Return Θ: temperature above that of the calibration, (...) K. `t`: time since the first sample, (...) s."""
         return np.asarray(self.steady + (self.start - self.steady) * np.exp(-t / self.time_constant))
 
 
@@ -140,11 +136,7 @@ def check_errors(errors: ImuErrors) -> None:
 
 
 def check_sigmas(sigma: ImuErrors) -> None:
-    """Raise for invalid standard deviations of a sensor block's errors.
-
-    Args:
-        sigma: standard deviations of the block's errors.
-    """
+    """Raise for invalid standard deviations of a sensor block's errors."""
     check_kind("sigma", sigma, ImuErrors, "ImuErrors of standard deviations, as expected_errors(imu).sigma")
     check_errors(sigma)
     for triad, name in ((sigma.gyro, "gyro"), (sigma.accel, "accelerometer")):
