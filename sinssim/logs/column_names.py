@@ -79,17 +79,11 @@ _START = r"(?:^|[\W_])"
 
 
 class Meaning(NamedTuple):
-    """How the name of a column says that it holds a quantity.
+    """How the name of a column says that it holds a quantity."""
 
-    Attributes:
-        within: pattern of the words of loggers, within any name.
-        names: whole names before a unit: lat, lat_deg, "Lat [deg]".
-        units: those that may follow such a name.
-    """
-
-    within: str
-    names: tuple[str, ...] = ()
-    units: tuple[str, ...] = ()
+    within: str  # pattern of the words of loggers, within any name
+    names: tuple[str, ...] = ()  # whole names before a unit: lat, lat_deg, "Lat [deg]"
+    units: tuple[str, ...] = ()  # those that may follow such a name
 
 
 _ANGLE = ("deg", "degree", "degrees", "°", "rad", "radian", "radians")

@@ -242,15 +242,10 @@ _ORIGIN = datetime(1980, 1, 6)
 
 @dataclass(frozen=True)
 class Instant:
-    """An instant of GPS time, with whole seconds apart so that no digit is lost.
+    """An instant of GPS time, with whole seconds apart so that no digit is lost."""
 
-    Attributes:
-        seconds: whole seconds since 1980-01-06 00:00:00 GPST.
-        fraction: 0 ≤ fraction < 1, s.
-    """
-
-    seconds: int
-    fraction: float
+    seconds: int  # whole seconds since 1980-01-06 00:00:00 GPST
+    fraction: float  # 0 ≤ fraction < 1, s
 
 
 def gps_instant(text: str, scale: Literal["gps", "utc", "unix"] = "gps") -> Instant:
@@ -274,15 +269,10 @@ def leap_seconds_of_day(day: str) -> int:
 
 @dataclass(frozen=True)
 class FileClock:
-    """The clock of one file.
+    """The clock of one file."""
 
-    Attributes:
-        clock: of the file.
-        zero: GPS time of the file's time 0, if known: whole seconds and a fraction of either sign.
-    """
-
-    clock: Clock
-    zero: Instant | None
+    clock: Clock  # of the file
+    zero: Instant | None  # GPS time of the file's time 0, if known: whole seconds and a fraction of either sign
 
 
 def file_clock(clock: Clock, first: float, first_row: Instant | None) -> FileClock:
@@ -325,15 +315,10 @@ def date_of(zero: Instant) -> str:
 
 @dataclass(frozen=True)
 class Match:
-    """How a solution's clock becomes that of the run.
+    """How a solution's clock becomes that of the run."""
 
-    Attributes:
-        offset: to be added to the solution's times, s.
-        sentence: what was assumed.
-    """
-
-    offset: float
-    sentence: str
+    offset: float  # to be added to the solution's times, s
+    sentence: str  # what was assumed
 
 
 def match_clock(clock: Clock, time: Array, start_gps_s: float, span: tuple[float, float], name: str) -> Match:

@@ -37,25 +37,15 @@ _MOST: dict[TriadName, tuple[float, str]] = {"gyro": (1e5, "rad/s"), "accel": (1
 
 @dataclass(frozen=True)
 class Samples:
-    """The samples of a log, forward-right-down, SI.
+    """The samples of a log, forward-right-down, SI."""
 
-    Attributes:
-        kind: whether the numbers are integrals over the intervals or rates.
-        time: edges of the intervals, (N+1,) s; the first interval is as long as the second.
-        triads: "gyro" and "accel", or one of them, (N, 3): rad and m/s, or rad/s and m/s².
-        quantities: other columns by name, (N,), as in the log.
-        time_unit_stated: whether the log or its description gives the unit of its times.
-        clock: what dates in the column of times say; None for numbers.
-        notes: a sentence on each kind of rows that were left out.
-    """
-
-    kind: Literal["increments", "rates"]
-    time: Array
-    triads: dict[TriadName, Array]
-    quantities: dict[str, Array] = field(default_factory=dict)
-    time_unit_stated: bool = True
-    clock: Clock | None = None
-    notes: tuple[str, ...] = ()
+    kind: Literal["increments", "rates"]  # whether the numbers are integrals over the intervals or rates
+    time: Array  # edges of the intervals, (N+1,) s; the first interval is as long as the second
+    triads: dict[TriadName, Array]  # "gyro" and "accel", or one of them, (N, 3): rad and m/s, or rad/s and m/s²
+    quantities: dict[str, Array] = field(default_factory=dict)  # other columns by name, (N,), as in the log
+    time_unit_stated: bool = True  # whether the log or its description gives the unit of its times
+    clock: Clock | None = None  # what dates in the column of times say; None for numbers
+    notes: tuple[str, ...] = ()  # a sentence on each kind of rows that were left out
 
 
 def read_log(path: Path | str, description: Path | str | None = None) -> ImuData:

@@ -59,24 +59,18 @@ class Clock:
 
 @dataclass(frozen=True)
 class InertialStream:
-    """Readings of gyros and accelerometers, in the unit's own axes.
+    """Readings of gyros and accelerometers, in the unit's own axes."""
 
-    Attributes:
-        time: stamps, (N,) s.
-        gyro: (N, 3), rad/s, or rad for increments.
-        accel: specific force, which points up at rest, (N, 3), m/s², or m/s for increments.
-        kind: whether the numbers are instantaneous (or averaged) rates, or integrals over an interval.
-        interval: lengths of the integration intervals that end at the stamps, (N, 2) s for gyros and accelerometers;
-            None if the file does not give them.
-        axes: directions of x, y and z if the format defines them, for example ("forward", "right", "down"); None if it
-            leaves them to the user.
-    """
-
-    time: Array
-    gyro: Array
-    accel: Array
+    time: Array  # stamps, (N,) s
+    gyro: Array  # (N, 3), rad/s, or rad for increments
+    accel: Array  # specific force, which points up at rest, (N, 3), m/s², or m/s for increments
+    # whether the numbers are instantaneous (or averaged) rates, or integrals over an interval
     kind: Literal["rates", "increments"] = "rates"
+    # lengths of the integration intervals that end at the stamps, (N, 2) s for gyros and accelerometers; None if the
+    # file does not give them
     interval: Array | None = None
+    # directions of x, y and z if the format defines them, for example ("forward", "right", "down"); None if it leaves
+    # them to the user
     axes: tuple[str, str, str] | None = None
 
     def __len__(self) -> int:
@@ -174,21 +168,13 @@ class SolutionStream:
 
 @dataclass(frozen=True)
 class OtherStream:
-    """Readings of another aiding sensor.
+    """Readings of another aiding sensor."""
 
-    Attributes:
-        name: name in the file, for example "vehicle_air_data".
-        kind: kind of measurement of `sinssim.data.Measurements`: "baro-height", "heading", "speed", "airspeed".
-        time: (M,) s.
-        value: (M, k), units as in `Measurements`.
-        sigma: (M, k); None if not given.
-    """
-
-    name: str
-    kind: str
-    time: Array
-    value: Array
-    sigma: Array | None = None
+    name: str  # name in the file, for example "vehicle_air_data"
+    kind: str  # kind of measurement of `sinssim.data.Measurements`: "baro-height", "heading", "speed", "airspeed"
+    time: Array  # (M,) s
+    value: Array  # (M, k), units as in `Measurements`
+    sigma: Array | None = None  # (M, k); None if not given
 
     def __len__(self) -> int:
         return len(self.time)
@@ -299,15 +285,10 @@ _GAP = 1.75
 
 @dataclass(frozen=True)
 class Made:
-    """Increments made of a recording.
+    """Increments made of a recording."""
 
-    Attributes:
-        imu: the increments.
-        gaps: beginning and length of the bridged gaps, (G, 2) s.
-    """
-
-    imu: ImuData
-    gaps: Array
+    imu: ImuData  # the increments
+    gaps: Array  # beginning and length of the bridged gaps, (G, 2) s
 
 
 def made_increments(

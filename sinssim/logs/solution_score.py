@@ -28,41 +28,26 @@ _EDGE = 1e-6  # s: a solution's stamps may lie this far outside the run, by roun
 
 @dataclass(frozen=True)
 class Score:
-    """A solution scored against a run.
+    """A solution scored against a run."""
 
-    Attributes:
-        name: of the algorithm.
-        path: the file.
-        format: of the file.
-        solution: its rows within the run, on the run's clock; what it lacks is NaN.
-        error: against the truth; what it lacks is NaN.
-        seconds: time that it took to compute, if told, s.
-        sentences: on clock, datum, axes, rows, interpolation.
-        sigma: σ that the file gives: of position and velocity (north, east, down, m and m/s), of tilt (never given) and
-            of the heading, rad; (N, 9), NaN where it gives none, None if it gives none at all.
-    """
-
-    name: str
-    path: Path
-    format: str
-    solution: NavSolution
-    error: NavError
-    seconds: float | None
-    sentences: tuple[str, ...]
+    name: str  # of the algorithm
+    path: Path  # the file
+    format: str  # of the file
+    solution: NavSolution  # its rows within the run, on the run's clock; what it lacks is NaN
+    error: NavError  # against the truth; what it lacks is NaN
+    seconds: float | None  # time that it took to compute, if told, s
+    sentences: tuple[str, ...]  # on clock, datum, axes, rows, interpolation
+    # σ that the file gives: of position and velocity (north, east, down, m and m/s), of tilt (never given) and of the
+    # heading, rad; (N, 9), NaN where it gives none, None if it gives none at all
     sigma: Array | None = None
 
 
 @dataclass(frozen=True)
 class Judge:
-    """Scores solutions against one run: its truth, or the reference of a run on recorded sensors.
+    """Scores solutions against one run: its truth, or the reference of a run on recorded sensors."""
 
-    Attributes:
-        run: the run.
-        start_gps_s: GPS time of its time 0, as it was exported.
-    """
-
-    run: RecordedRun
-    start_gps_s: float
+    run: RecordedRun  # the run
+    start_gps_s: float  # GPS time of its time 0, as it was exported
 
     @cached_property
     def ellipsoid(self) -> Ellipsoid:

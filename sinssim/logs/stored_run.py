@@ -93,17 +93,11 @@ _VERSION = 1
 
 @dataclass(frozen=True)
 class ErrorRule:
-    """What the errors depend on beside truth and solution.
+    """What the errors depend on beside truth and solution."""
 
-    Attributes:
-        semi_major_axis: of the reference ellipsoid, m.
-        flattening: of the reference ellipsoid.
-        axes: one of `sinssim.frames.AXES`.
-    """
-
-    semi_major_axis: float
-    flattening: float
-    axes: str
+    semi_major_axis: float  # of the reference ellipsoid, m
+    flattening: float  # of the reference ellipsoid
+    axes: str  # one of `sinssim.frames.AXES`
 
     def metadata(self) -> dict[str, str]:
         """Return the rule as metadata of a Parquet file; doubles keep all their bits."""
@@ -142,12 +136,9 @@ class StoredStreams:
 
     The errors of an algorithm against the truth are not stored: they are computed from the streams `truth` and
     `nav_<algorithm>` by the function that computed them in the run, from the same numbers.
-
-    Attributes:
-        folder: the folder `streams` of a run directory.
     """
 
-    folder: Path
+    folder: Path  # the folder `streams` of a run directory
 
     @cached_property
     def names(self) -> list[str]:
@@ -235,13 +226,9 @@ _IMU = ("ideal", "measured", "compensated")
 
 @dataclass(frozen=True)
 class RecordedRun:
-    """A finished run, read from its directory.
+    """A finished run, read from its directory."""
 
-    Attributes:
-        path: the run directory.
-    """
-
-    path: Path
+    path: Path  # the run directory
 
     def __post_init__(self) -> None:
         if self.of_log:

@@ -340,19 +340,12 @@ _MOST_KNOTS = 5_000_000
 
 @dataclass(frozen=True)
 class PreparedTrack:
-    """A track that is ready to be a trajectory.
+    """A track that is ready to be a trajectory."""
 
-    Attributes:
-        knots: knots of its curve.
-        fit: the curve in numbers.
-        channels: distances from the samples.
-        events: waypoints and stops.
-    """
-
-    knots: Knots
-    fit: TrackFit
-    channels: Mapping[str, Channel]
-    events: tuple[FlightEvent, ...] = ()
+    knots: Knots  # knots of its curve
+    fit: TrackFit  # the curve in numbers
+    channels: Mapping[str, Channel]  # distances from the samples
+    events: tuple[FlightEvent, ...] = ()  # waypoints and stops
 
     @property
     def duration(self) -> float:

@@ -47,17 +47,11 @@ class Vector:
 
 @dataclass(frozen=True)
 class Stream:
-    """A table over time: one Parquet file, and one entity per vector in the recording.
+    """A table over time: one Parquet file, and one entity per vector in the recording."""
 
-    Attributes:
-        name: name of the file and of the entities' parent.
-        time: (N,) s.
-        vectors: the columns.
-    """
-
-    name: str
-    time: Array
-    vectors: tuple[Vector, ...]
+    name: str  # name of the file and of the entities' parent
+    time: Array  # (N,) s
+    vectors: tuple[Vector, ...]  # the columns
 
 
 _MOST_ROWS = 262144

@@ -50,27 +50,16 @@ Engine = Callable[["Setup", "ImuData", "Mechanization"], "NavSolution"]
 
 @dataclass(frozen=True)
 class Setup:
-    """What the algorithms of a run navigate with.
+    """What the algorithms of a run navigate with."""
 
-    Attributes:
-        scenario: the scenario.
-        truth: the true motion, or what is known of a recorded one.
-        errors: the true errors of the sensors, None if they are not known.
-        imu: increments.
-        attitude: measured q_ib of a set with an attitude sensor, (N+1, 4), else None.
-        initial: state that navigation starts from.
-        height: height reference of the vertical channel.
-        engine: navigates.
-    """
-
-    scenario: Scenario
-    truth: Truth | RecordedMotion
-    errors: TrueErrors | None
-    imu: ImuData
-    attitude: Array | None
-    initial: NavState
-    height: Array | HeightReadings | None
-    engine: Engine
+    scenario: Scenario  # the scenario
+    truth: Truth | RecordedMotion  # the true motion, or what is known of a recorded one
+    errors: TrueErrors | None  # the true errors of the sensors, None if they are not known
+    imu: ImuData  # increments
+    attitude: Array | None  # measured q_ib of a set with an attitude sensor, (N+1, 4), else None
+    initial: NavState  # state that navigation starts from
+    height: Array | HeightReadings | None  # height reference of the vertical channel
+    engine: Engine  # navigates
 
 
 def in_known_field(setup: Setup) -> Setup:

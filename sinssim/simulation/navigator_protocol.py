@@ -69,23 +69,14 @@ class Block(NamedTuple):
 
 @dataclass(frozen=True)
 class Feed:
-    """What a navigator is sent.
+    """What a navigator is sent."""
 
-    Attributes:
-        begin: the numbers of the first message by name, and "gravity".
-        imu: the increments.
-        readings: measurements, each sensor's in the order of arrival.
-        rates: whether the samples are divided by their intervals.
-        text: whether the messages are lines of text.
-        stepwise: whether each sample is answered before the next is sent.
-    """
-
-    begin: dict[str, Any]
-    imu: ImuData
-    readings: Sequence[Measurements]
-    rates: bool = False
-    text: bool = False
-    stepwise: bool = False
+    begin: dict[str, Any]  # the numbers of the first message by name, and "gravity"
+    imu: ImuData  # the increments
+    readings: Sequence[Measurements]  # measurements, each sensor's in the order of arrival
+    rates: bool = False  # whether the samples are divided by their intervals
+    text: bool = False  # whether the messages are lines of text
+    stepwise: bool = False  # whether each sample is answered before the next is sent
 
     def opening(self) -> bytes:
         """Return the header, the first message and those that describe the sensors."""

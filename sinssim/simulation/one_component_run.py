@@ -42,21 +42,13 @@ from sinssim.units import ARCMIN, ARCSEC, DEG_H, DEG_SQRT_H, PPM, UG
 
 @dataclass(frozen=True)
 class PlaneReadings:
-    """Readings of the sensors of one variant; those of the other variants are None.
+    """Readings of the sensors of one variant; those of the other variants are None."""
 
-    Attributes:
-        time: edges of the intervals, (N+1,) s.
-        dvel: integrals of the specific force along the body and up, (N, 2) m/s.
-        dtheta: integrals of the rate, of "one-integral", (N,) rad.
-        angle: inertial angle α − y at the edges, of "measured", (N+1,) rad.
-        dvel_arm: integrals of the specific force at the end of the arm, of "two-integrals", (N,) m/s.
-    """
-
-    time: Array
-    dvel: Array
-    dtheta: Array | None = None
-    angle: Array | None = None
-    dvel_arm: Array | None = None
+    time: Array  # edges of the intervals, (N+1,) s
+    dvel: Array  # integrals of the specific force along the body and up, (N, 2) m/s
+    dtheta: Array | None = None  # integrals of the rate, of "one-integral", (N,) rad
+    angle: Array | None = None  # inertial angle α − y at the edges, of "measured", (N+1,) rad
+    dvel_arm: Array | None = None  # integrals of the specific force at the end of the arm, of "two-integrals", (N,) m/s
 
 
 def ideal_readings(motion: PlaneMotion, ideal: PlaneIncrements, system: OneComponent) -> PlaneReadings:

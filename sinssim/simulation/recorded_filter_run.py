@@ -167,13 +167,9 @@ def prepare(scenario: Scenario, log: RecordedLog | None = None) -> Prepared:
 
 @dataclass(frozen=True)
 class RecordedAided(Aided):
-    """An aided solution on recorded sensors, whose true errors are not known.
+    """An aided solution on recorded sensors, whose true errors are not known."""
 
-    Attributes:
-        reference: what the solution is compared with; None for nothing.
-    """
-
-    reference: Reference | None = None
+    reference: Reference | None = None  # what the solution is compared with; None for nothing
 
     def _error_of(self, solution: NavSolution) -> NavError:
         if self.reference is None:

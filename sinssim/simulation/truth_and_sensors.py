@@ -261,17 +261,11 @@ def sense(scenario: Scenario, truth: Truth) -> Sensed:
 
 @dataclass(frozen=True)
 class Plan:
-    """A scenario with recorded sensors whose files have been read.
+    """A scenario with recorded sensors whose files have been read."""
 
-    Attributes:
-        scenario: the scenario; what follows from the files is written out.
-        about_filter: lines that explain the filter's default states.
-        motion: what is known of the motion.
-    """
-
-    scenario: Scenario
-    about_filter: Sequence[str]
-    motion: RecordedMotion
+    scenario: Scenario  # the scenario; what follows from the files is written out
+    about_filter: Sequence[str]  # lines that explain the filter's default states
+    motion: RecordedMotion  # what is known of the motion
 
 
 def planned(scenario: Scenario, *, recorded: bool) -> Plan:

@@ -285,19 +285,12 @@ class Aided:
 
 @dataclass(frozen=True)
 class FilterSolution(NavSolution):
-    """The solution of a filter of [[filters]].
+    """The solution of a filter of [[filters]]."""
 
-    Attributes:
-        aided: it with its estimate and errors; None for the filter of a project.
-        sigma: 1σ of position, velocity and attitude, (N+1, 9), None for a filter that states none.
-        kind: kind of the filter.
-        seconds: processor time that it took, s.
-    """
-
-    aided: Aided | None = None
-    sigma: Array | None = None
-    kind: str = ""
-    seconds: float = 0.0
+    aided: Aided | None = None  # it with its estimate and errors; None for the filter of a project
+    sigma: Array | None = None  # 1σ of position, velocity and attitude, (N+1, 9), None for a filter that states none
+    kind: str = ""  # kind of the filter
+    seconds: float = 0.0  # processor time that it took, s
 
 
 def compare_with_truth(

@@ -33,19 +33,12 @@ _COURSE = 10.0  # in units of the velocities' σ: a course at this speed is good
 
 @dataclass(frozen=True)
 class Offset:
-    """The unit's clock minus that of the receiver.
+    """The unit's clock minus that of the receiver."""
 
-    Attributes:
-        value: s, relative to the stamps of the velocities.
-        sigma: 1σ from the scatter between parts of the log, s; NaN if there are too few windows, or no motion.
-        match: agreement of the curves at this offset.
-        inside: whether the residual is least inside of the searched range, and clearly larger at both of its ends.
-    """
-
-    value: float
-    sigma: float
-    match: Match
-    inside: bool
+    value: float  # s, relative to the stamps of the velocities
+    sigma: float  # 1σ from the scatter between parts of the log, s; NaN if there are too few windows, or no motion
+    match: Match  # agreement of the curves at this offset
+    inside: bool  # whether the residual is least inside of the searched range, and clearly larger at both of its ends
 
     @property
     def shown(self) -> bool:
@@ -64,15 +57,10 @@ differs by less, being the rms of a hundred independent values or more."""
 
 @dataclass(frozen=True)
 class Coarse:
-    """The offset by the rates of turn.
+    """The offset by the rates of turn."""
 
-    Attributes:
-        value: the unit's clock minus that of the receiver, s.
-        alike: correlation of the two rates of turn there.
-    """
-
-    value: float
-    alike: float
+    value: float  # the unit's clock minus that of the receiver, s
+    alike: float  # correlation of the two rates of turn there
 
 
 def coarse_offset(time: Array, rate: Array, fixes: Seen) -> Coarse | None:

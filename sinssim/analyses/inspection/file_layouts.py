@@ -182,17 +182,11 @@ def other_units(table: TextTable, layout: Layout) -> list[Layout]:
 
 @dataclass(frozen=True)
 class Guessed:
-    """What text files hold.
+    """What text files hold."""
 
-    Attributes:
-        unit: file and layout of the inertial unit; None without.
-        fixes: files and layouts of fixes.
-        left: sentences on files that are not used.
-    """
-
-    unit: tuple[TextTable, Layout] | None
-    fixes: tuple[tuple[TextTable, FixLayout], ...]
-    left: tuple[str, ...] = ()
+    unit: tuple[TextTable, Layout] | None  # file and layout of the inertial unit; None without
+    fixes: tuple[tuple[TextTable, FixLayout], ...]  # files and layouts of fixes
+    left: tuple[str, ...] = ()  # sentences on files that are not used
 
     @property
     def paths(self) -> set[Path]:

@@ -40,22 +40,15 @@ _STEPS = (0.009, 60.0)
 
 @dataclass(frozen=True)
 class FixLayout:
-    """A guess of the layout of fixes.
+    """A guess of the layout of fixes."""
 
-    Attributes:
-        time: column of the time, from 0.
-        time_unit: one of s, ms, us, ns.
-        clock: "unix" if the times count from 1970; "gps" otherwise.
-        quantities: description by key: latitude, longitude, height, velocity, speed, course, position_sigma, … with
-            numbers of columns from 0.
-        held: whether fixes are repeated until there is a new one.
-    """
-
-    time: int
-    time_unit: str
-    clock: str
+    time: int  # column of the time, from 0
+    time_unit: str  # one of s, ms, us, ns
+    clock: str  # "unix" if the times count from 1970; "gps" otherwise
+    # description by key: latitude, longitude, height, velocity, speed, course, position_sigma, … with numbers of
+    # columns from 0
     quantities: dict[str, Any]
-    held: bool
+    held: bool  # whether fixes are repeated until there is a new one
 
     def description(self, table: TextTable) -> dict[str, Any]:
         """Return the keys of the description of the file."""

@@ -234,15 +234,10 @@ _ALIKE = 0.9  # least correlation of velocities and differences of positions
 
 @dataclass(frozen=True)
 class Delay:
-    """By how much the velocities of a receiver are older than its positions.
+    """By how much the velocities of a receiver are older than its positions."""
 
-    Attributes:
-        value: s.
-        sigma: 1σ from the scatter between parts of the log, s; NaN if they do not give it.
-    """
-
-    value: float
-    sigma: float
+    value: float  # s
+    sigma: float  # 1σ from the scatter between parts of the log, s; NaN if they do not give it
 
 
 def velocity_delay(fixes: FixStream) -> Delay | None:

@@ -50,19 +50,13 @@ _Stream = TypeVar("_Stream", InertialStream, FixStream, SolutionStream)
 
 @dataclass(frozen=True)
 class Inspected:
-    """The result of `inspect`.
+    """The result of `inspect`."""
 
-    Attributes:
-        inspection: findings and numbers.
-        files: what was read of each file.
-        scenario: text of a scenario to start from, or of the described one with corrections; None if there is none.
-        why: why there is none.
-    """
-
-    inspection: Inspection
-    files: tuple[Streams, ...]
+    inspection: Inspection  # findings and numbers
+    files: tuple[Streams, ...]  # what was read of each file
+    # text of a scenario to start from, or of the described one with corrections; None if there is none
     scenario: str | None
-    why: str = ""
+    why: str = ""  # why there is none
 
 
 def inspect(
@@ -383,15 +377,10 @@ NAME = "suggested.toml"
 
 @dataclass(frozen=True)
 class Suggestion:
-    """A scenario for recorded files.
+    """A scenario for recorded files."""
 
-    Attributes:
-        text: of the scenario's file; its paths are absolute.
-        doubts: sentences on what is doubtful in the files.
-    """
-
-    text: str
-    doubts: tuple[str, ...] = ()
+    text: str  # of the scenario's file; its paths are absolute
+    doubts: tuple[str, ...] = ()  # sentences on what is doubtful in the files
 
 
 def are_raw(names: Sequence[str]) -> bool:

@@ -27,17 +27,11 @@ _MEAN_S = 16.0
 
 @dataclass(frozen=True)
 class Moves:
-    """The motion that fixes show.
+    """The motion that fixes show."""
 
-    Attributes:
-        time: on the unit's clock, (M,) s.
-        speed: horizontal speed, averaged, (M,) m/s.
-        limit: speed from which it is no noise, m/s.
-    """
-
-    time: Array
-    speed: Array
-    limit: float
+    time: Array  # on the unit's clock, (M,) s
+    speed: Array  # horizontal speed, averaged, (M,) m/s
+    limit: float  # speed from which it is no noise, m/s
 
     def at(self, begin: Array, end: Array) -> NDArray[np.bool_]:
         """Return whether the vehicle moves between instants, (W,); not where there are no fixes."""
@@ -103,28 +97,18 @@ _SCALES: dict[str, float] = {
 
 @dataclass(frozen=True)
 class AtRest:
-    """The readings of quiet spans.
+    """The readings of quiet spans."""
 
-    Attributes:
-        spans: beginning and end of each, s.
-        rows: whether each sample is quiet, (N,).
-        specific_force: mean of all of them, (3,) m/s².
-        rate: mean, (3,) rad/s.
-        gyro_density: white noise, as the random walk of the integral, (3,) rad/√s.
-        accel_density: the same, (3,) m/s/√s.
-        hidden: 1σ of a sample that a resolution or a dead band may hide, gyros and accelerometers, (2, 3) rad/s and
-            m/s²; 0 where most samples at rest differ.
-        in_motion: time that would be quiet by the readings, but in which the fixes move, s.
-    """
-
-    spans: list[tuple[float, float]]
-    rows: NDArray[np.bool_]
-    specific_force: Array
-    rate: Array
-    gyro_density: Array
-    accel_density: Array
+    spans: list[tuple[float, float]]  # beginning and end of each, s
+    rows: NDArray[np.bool_]  # whether each sample is quiet, (N,)
+    specific_force: Array  # mean of all of them, (3,) m/s²
+    rate: Array  # mean, (3,) rad/s
+    gyro_density: Array  # white noise, as the random walk of the integral, (3,) rad/√s
+    accel_density: Array  # the same, (3,) m/s/√s
+    # 1σ of a sample that a resolution or a dead band may hide, gyros and accelerometers, (2, 3) rad/s and m/s²; 0 where
+    # most samples at rest differ
     hidden: Array
-    in_motion: float = 0.0
+    in_motion: float = 0.0  # time that would be quiet by the readings, but in which the fixes move, s
 
 
 def rates_of(stream: InertialStream) -> tuple[Array, Array, Array]:

@@ -20,20 +20,13 @@ Grade = Literal["fact", "doubt", "wrong"]
 
 @dataclass(frozen=True)
 class Finding:
-    """One sentence about recorded data.
+    """One sentence about recorded data."""
 
-    Attributes:
-        subject: what it is about, for example "time", "accelerometers", "clock".
-        grade: "fact"; "doubt", which a person should look into; "wrong", with which results are worthless.
-        text: the sentence, with the number.
-        fix: what to do about it; empty for facts.
-        numbers: the numbers of the sentence by name, with units in the names.
-    """
-
-    subject: str
-    grade: Grade
-    text: str
-    fix: str = ""
+    subject: str  # what it is about, for example "time", "accelerometers", "clock"
+    grade: Grade  # "fact"; "doubt", which a person should look into; "wrong", with which results are worthless
+    text: str  # the sentence, with the number
+    fix: str = ""  # what to do about it; empty for facts
+    # the numbers of the sentence by name, with units in the names
     numbers: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

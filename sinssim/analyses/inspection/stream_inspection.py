@@ -53,49 +53,35 @@ _UNKNOWN_GRAVITY = 9.80665
 
 @dataclass
 class Inspection:
-    """What is known of recorded files.
+    """What is known of recorded files."""
 
-    Attributes:
-        findings: all sentences, in the order of the files and then of what joins them.
-        inertial: the inertial stream; None without.
-        fixes: the fixes; None without.
-        residual: rms of the match of the velocities, m/s; that of the worst window if their errors last; None if the
-            reading of the inertial data is not certain.
-        bias: biases of gyros and accelerometers by the match, (6,) rad/s and m/s²; None like `residual`.
-        lasting: whether errors of the fixes last, as the match shows.
-        quiet: readings in quiet spans.
-        fast: densities of what changes from sample to sample in the whole log, rad/√s and m/s/√s, (3,) each.
-        sound: part of the fixes that is inspected and used, s; None for all of them.
-        offset: the unit's clock minus that of the positions, s; None if unknown.
-        stated: the same as the files state it, s; None if they do not.
-        late: how much later the unit's stamps are than the files state, s; 0 if the data do not show it.
-        unproven_late: the same by the least residual of the match, where it is not much less than others; 0 otherwise.
-        drift: how much faster the unit's clock runs than that of the receiver, s/s; 0 if the data show none.
-        velocity_delay: age of the velocities at their stamps, s; None if unknown.
-        mounting: the unit in its vehicle; None if unknown.
-        attitude: gives roll, pitch and heading of the unit at an instant on its clock, rad, by the match, and the 1σ of
-            the heading, or None; None if the reading of the inertial data is not certain.
-        reading: matrices from the stated readings of gyros and accelerometers to the right ones, (3, 3); None if the
-            stated ones are right.
-    """
-
+    # all sentences, in the order of the files and then of what joins them
     findings: list[Finding] = field(default_factory=list)
-    inertial: InertialStream | None = None
-    fixes: FixStream | None = None
-    quiet: AtRest | None = None
+    inertial: InertialStream | None = None  # the inertial stream; None without
+    fixes: FixStream | None = None  # the fixes; None without
+    quiet: AtRest | None = None  # readings in quiet spans
+    # densities of what changes from sample to sample in the whole log, rad/√s and m/s/√s, (3,) each
     fast: tuple[Array, Array] | None = None
+    # rms of the match of the velocities, m/s; that of the worst window if their errors last; None if the reading of the
+    # inertial data is not certain
     residual: float | None = None
+    # biases of gyros and accelerometers by the match, (6,) rad/s and m/s²; None like `residual`
     bias: Array | None = None
-    lasting: bool = False
-    sound: tuple[float, float] | None = None
-    offset: float | None = None
-    stated: float | None = None
-    late: float = 0.0
+    lasting: bool = False  # whether errors of the fixes last, as the match shows
+    sound: tuple[float, float] | None = None  # part of the fixes that is inspected and used, s; None for all of them
+    offset: float | None = None  # the unit's clock minus that of the positions, s; None if unknown
+    stated: float | None = None  # the same as the files state it, s; None if they do not
+    late: float = 0.0  # how much later the unit's stamps are than the files state, s; 0 if the data do not show it
+    # the same by the least residual of the match, where it is not much less than others; 0 otherwise
     unproven_late: float = 0.0
-    drift: float = 0.0
-    velocity_delay: float | None = None
-    mounting: Mounting | None = None
+    drift: float = 0.0  # how much faster the unit's clock runs than that of the receiver, s/s; 0 if the data show none
+    velocity_delay: float | None = None  # age of the velocities at their stamps, s; None if unknown
+    mounting: Mounting | None = None  # the unit in its vehicle; None if unknown
+    # gives roll, pitch and heading of the unit at an instant on its clock, rad, by the match, and the 1σ of the
+    # heading, or None; None if the reading of the inertial data is not certain
     attitude: Callable[[float], tuple[Array, float] | None] | None = None
+    # matrices from the stated readings of gyros and accelerometers to the right ones, (3, 3); None if the stated ones
+    # are right
     reading: tuple[Array, Array] | None = None
 
     @property
@@ -127,16 +113,12 @@ class Inspection:
 
 @dataclass(frozen=True)
 class Described:
-    """What a scenario says beside the streams of its files.
+    """What a scenario says beside the streams of its files."""
 
-    Attributes:
-        delay: of the velocities, s.
-        axes: matrix from the columns of the file to the axes of the inertial stream, (3, 3).
-        reference: clock of a reference solution, and the solution with the attitude of the unit; None if there is none.
-    """
-
-    delay: float = 0.0
+    delay: float = 0.0  # of the velocities, s
+    # matrix from the columns of the file to the axes of the inertial stream, (3, 3)
     axes: Array = field(default_factory=lambda: np.eye(3))
+    # clock of a reference solution, and the solution with the attitude of the unit; None if there is none
     reference: tuple[Clock, SolutionStream] | None = None
 
 

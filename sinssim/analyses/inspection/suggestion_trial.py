@@ -52,25 +52,16 @@ Setting = tuple[str, str, float]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What outages show of a scenario: medians over them, m.
+    """What outages show of a scenario: medians over them, m."""
 
-    Attributes:
-        error: horizontal error of the filter at the end.
-        sigma: its own 1σ.
-        alone: error of the straight line through the last fixes before.
-        outages: number of outages.
-        refused: share of the positions that the gate refuses.
-        before: horizontal distance of the filter from the last fix before.
-        innovations: robust size of the horizontal innovations of positions and of velocities in units of their 1σ;
-            infinite without any.
-    """
-
-    error: float
-    sigma: float
-    alone: float
-    outages: int
-    refused: float
-    before: float
+    error: float  # horizontal error of the filter at the end
+    sigma: float  # its own 1σ
+    alone: float  # error of the straight line through the last fixes before
+    outages: int  # number of outages
+    refused: float  # share of the positions that the gate refuses
+    before: float  # horizontal distance of the filter from the last fix before
+    # robust size of the horizontal innovations of positions and of velocities in units of their 1σ; infinite without
+    # any
     innovations: tuple[float, float]
 
     @property
@@ -97,17 +88,11 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Trial:
-    """The trial of a suggested scenario.
+    """The trial of a suggested scenario."""
 
-    Attributes:
-        plain: what outages show of the scenario as it was.
-        chosen: the same with the chosen settings.
-        settings: the settings.
-    """
-
-    plain: Outcome
-    chosen: Outcome
-    settings: tuple[Setting, ...] = ()
+    plain: Outcome  # what outages show of the scenario as it was
+    chosen: Outcome  # the same with the chosen settings
+    settings: tuple[Setting, ...] = ()  # the settings
 
     @property
     def finding(self) -> Finding:

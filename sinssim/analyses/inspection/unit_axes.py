@@ -243,19 +243,13 @@ _MOUNTING_NAMES = {place: name for name, place in DIRECTIONS.items()}
 
 @dataclass(frozen=True)
 class Mounting:
-    """How the unit sits in a vehicle that moves where it points.
+    """How the unit sits in a vehicle that moves where it points."""
 
-    Attributes:
-        axes: the vehicle's direction nearest to x, y and z of the unit, for example ("forward", "right", "down").
-        angles: small rotation that remains, roll, pitch, yaw of the unit's named axes in the vehicle, (3,) rad.
-        sigma: 1σ of the pitch and the yaw from the scatter between windows, (2,) rad.
-        windows: number of windows used.
-    """
-
+    # the vehicle's direction nearest to x, y and z of the unit, for example ("forward", "right", "down")
     axes: tuple[str, str, str]
-    angles: Array
-    sigma: Array
-    windows: int
+    angles: Array  # small rotation that remains, roll, pitch, yaw of the unit's named axes in the vehicle, (3,) rad
+    sigma: Array  # 1σ of the pitch and the yaw from the scatter between windows, (2,) rad
+    windows: int  # number of windows used
 
     @property
     def known(self) -> bool:

@@ -41,21 +41,13 @@ _BIAS_SIGMA = np.repeat((np.radians(1.0), 0.5), 3)  # rad/s and m/s² of the wor
 
 @dataclass(frozen=True)
 class Pushed:
-    """The inertial curve of a log.
+    """The inertial curve of a log."""
 
-    Attributes:
-        time: (N+1,) s.
-        q_b0b: attitude of the unit relative to the first instant, (N+1, 4).
-        alpha: integral of the specific force in b₀, (N+1, 3) m/s.
-        by_gyro_bias: G, (N+1, 3, 3) m.
-        by_accel_bias: Θ, (N+1, 3, 3) s.
-    """
-
-    time: Array
-    q_b0b: Array
-    alpha: Array
-    by_gyro_bias: Array
-    by_accel_bias: Array
+    time: Array  # (N+1,) s
+    q_b0b: Array  # attitude of the unit relative to the first instant, (N+1, 4)
+    alpha: Array  # integral of the specific force in b₀, (N+1, 3) m/s
+    by_gyro_bias: Array  # G, (N+1, 3, 3) m
+    by_accel_bias: Array  # Θ, (N+1, 3, 3) s
 
     @cached_property
     def table(self) -> Array:
@@ -66,50 +58,29 @@ class Pushed:
 
 @dataclass(frozen=True)
 class Seen:
-    """The curve of the fixes, in an inertial frame that coincides with the Earth-fixed one at the first fix.
+    """The curve of the fixes, in an inertial frame that coincides with the Earth-fixed one at the first fix."""
 
-    Attributes:
-        time: (M,) s.
-        beta: velocity minus the integral of gravitation, (M, 3) m/s.
-        relative: velocity relative to the Earth, in the inertial axes, (M, 3) m/s.
-        up: direction of the vertical, in the inertial axes, (M, 3).
-        north: direction of north, in the inertial axes, (M, 3).
-        speed: (M,) m/s.
-        sigma: typical 1σ of a component of the velocity, m/s.
-    """
-
-    time: Array
-    beta: Array
-    relative: Array
-    up: Array
-    north: Array
-    speed: Array
-    sigma: float
+    time: Array  # (M,) s
+    beta: Array  # velocity minus the integral of gravitation, (M, 3) m/s
+    relative: Array  # velocity relative to the Earth, in the inertial axes, (M, 3) m/s
+    up: Array  # direction of the vertical, in the inertial axes, (M, 3)
+    north: Array  # direction of north, in the inertial axes, (M, 3)
+    speed: Array  # (M,) m/s
+    sigma: float  # typical 1σ of a component of the velocity, m/s
 
 
 @dataclass(frozen=True)
 class Match:
-    """How the two curves agree.
+    """How the two curves agree."""
 
-    Attributes:
-        residual: rms of ε over the windows, m/s per component; infinite without windows.
-        each: rms of each window, (W,) m/s.
-        centre: time of the fix in the middle of each window, (W,) s.
-        q_ib0: rotation of each window, for the gyros' attitude in the middle of it, (W, 4).
-        turning: how well each window determines the rotation: the second singular value, (W,) m²/s².
-        bias: of gyros and accelerometers, (6,) rad/s and m/s².
-        window: length of the windows, s.
-        moved: rms of the velocity of the fixes about its mean in the windows, m/s per component.
-    """
-
-    residual: float
-    each: Array
-    centre: Array
-    q_ib0: Array
-    turning: Array
-    bias: Array
-    window: float
-    moved: float = 0.0
+    residual: float  # rms of ε over the windows, m/s per component; infinite without windows
+    each: Array  # rms of each window, (W,) m/s
+    centre: Array  # time of the fix in the middle of each window, (W,) s
+    q_ib0: Array  # rotation of each window, for the gyros' attitude in the middle of it, (W, 4)
+    turning: Array  # how well each window determines the rotation: the second singular value, (W,) m²/s²
+    bias: Array  # of gyros and accelerometers, (6,) rad/s and m/s²
+    window: float  # length of the windows, s
+    moved: float = 0.0  # rms of the velocity of the fixes about its mean in the windows, m/s per component
 
 
 def pushed(time: Array, rate: Array, force: Array, most_hz: float = np.inf) -> Pushed:

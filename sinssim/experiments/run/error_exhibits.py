@@ -63,17 +63,11 @@ _COLUMNS: tuple[tuple[str, str, Scale, float], ...] = (
 
 @dataclass(frozen=True)
 class Compared:
-    """Errors of solutions that belong to no run in memory, in the form in which those of a run are drawn.
+    """Errors of solutions that belong to no run in memory, in the form in which those of a run are drawn."""
 
-    Attributes:
-        time: first and last time, (2,) s.
-        errors: by algorithm.
-        axes: axes of the errors.
-    """
-
-    time: Array
-    errors: Mapping[str, NavError]
-    axes: str
+    time: Array  # first and last time, (2,) s
+    errors: Mapping[str, NavError]  # by algorithm
+    axes: str  # axes of the errors
 
 
 def failure_exhibits(failures: Mapping[str, FailureNumbers]) -> Iterator[Item]:

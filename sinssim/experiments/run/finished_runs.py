@@ -46,13 +46,9 @@ def kind_of(folder: Path) -> str | None:
 
 @dataclass(frozen=True)
 class FinishedRun:
-    """A run directory.
+    """A run directory."""
 
-    Attributes:
-        path: the directory.
-    """
-
-    path: Path
+    path: Path  # the directory
 
     def __post_init__(self) -> None:
         """Check that the directory holds a run."""
@@ -292,31 +288,18 @@ _DEPTH = 3
 
 @dataclass(frozen=True)
 class Entry:
-    """A directory that sinssim wrote.
+    """A directory that sinssim wrote."""
 
-    Attributes:
-        path: the directory.
-        kind: "run", what else a directory holds, or "other".
-        scenario: name of its scenario, "" if it is not known.
-        status: "finished", "failed" or "interrupted", "" if it is not a run.
-        solution: solution of the headline figure, "" without one.
-        rms_horizontal_error_m: headline figure, None without one.
-        size_bytes: size of all files.
-        date: when it was written, local time.
-        problem: why it cannot be read, "" if it can.
-        sinssim: the version that wrote it, "" if it is not known.
-    """
-
-    path: Path
-    kind: str
-    scenario: str
-    status: str
-    solution: str
-    rms_horizontal_error_m: float | None
-    size_bytes: int
-    date: datetime.datetime
-    problem: str = ""
-    sinssim: str = ""
+    path: Path  # the directory
+    kind: str  # "run", what else a directory holds, or "other"
+    scenario: str  # name of its scenario, "" if it is not known
+    status: str  # "finished", "failed" or "interrupted", "" if it is not a run
+    solution: str  # solution of the headline figure, "" without one
+    rms_horizontal_error_m: float | None  # headline figure, None without one
+    size_bytes: int  # size of all files
+    date: datetime.datetime  # when it was written, local time
+    problem: str = ""  # why it cannot be read, "" if it can
+    sinssim: str = ""  # the version that wrote it, "" if it is not known
 
 
 def runs_in(folder: Path) -> list[Entry]:

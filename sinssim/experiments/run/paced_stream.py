@@ -331,27 +331,16 @@ def _terminal(opened: Callable[[str], None]) -> Iterator[Callable[[bytes], bool]
 
 @dataclass
 class Tally:
-    """What was sent.
+    """What was sent."""
 
-    Attributes:
-        pace: run time over the clock's time; inf for as fast as possible.
-        counts: packets by kind.
-        size: bytes.
-        refused: packets that a full terminal did not take.
-        lateness: of each packet with a deadline, s.
-        lost: deadlines that were missed by 1 ms, or by the time until the next packet.
-        until: run time of the last packet, s.
-        interrupted: whether Ctrl-C has ended it.
-    """
-
-    pace: float
-    counts: Counter[str] = field(default_factory=Counter)
-    size: int = 0
-    refused: int = 0
-    lateness: array[float] = field(default_factory=lambda: array("d"))
-    lost: int = 0
-    until: float = math.nan
-    interrupted: bool = False
+    pace: float  # run time over the clock's time; inf for as fast as possible
+    counts: Counter[str] = field(default_factory=Counter)  # packets by kind
+    size: int = 0  # bytes
+    refused: int = 0  # packets that a full terminal did not take
+    lateness: array[float] = field(default_factory=lambda: array("d"))  # of each packet with a deadline, s
+    lost: int = 0  # deadlines that were missed by 1 ms, or by the time until the next packet
+    until: float = math.nan  # run time of the last packet, s
+    interrupted: bool = False  # whether Ctrl-C has ended it
 
     @property
     def numbers(self) -> dict[str, Any]:

@@ -44,23 +44,14 @@ _LEAST_SPAN = 1.0
 
 @dataclass(frozen=True)
 class ComparedRuns:
-    """Runs with the errors of one solution of each.
+    """Runs with the errors of one solution of each."""
 
-    Attributes:
-        runs: by label, in the order given; the labels are the names of their directories.
-        solutions: name of the solution by label.
-        errors: its errors by label.
-        span: first and last time that all have, s.
-        others: ensembles and budgets beside them.
-        chosen: the solution that was asked for, None for that of each headline.
-    """
-
-    runs: Mapping[str, FinishedRun]
-    solutions: Mapping[str, str]
-    errors: Mapping[str, NavError]
-    span: tuple[float, float]
-    others: Sequence[Path] = ()
-    chosen: str | None = None
+    runs: Mapping[str, FinishedRun]  # by label, in the order given; the labels are the names of their directories
+    solutions: Mapping[str, str]  # name of the solution by label
+    errors: Mapping[str, NavError]  # its errors by label
+    span: tuple[float, float]  # first and last time that all have, s
+    others: Sequence[Path] = ()  # ensembles and budgets beside them
+    chosen: str | None = None  # the solution that was asked for, None for that of each headline
 
     axes = "north"
 

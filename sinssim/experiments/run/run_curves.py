@@ -86,17 +86,11 @@ class Curve:
 
 @dataclass(frozen=True)
 class Source:
-    """A finished run, an ensemble or a budget on a page.
+    """A finished run, an ensemble or a budget on a page."""
 
-    Attributes:
-        label: its name on the page.
-        path: its directory.
-        curves: those that it has; none if it cannot be drawn.
-    """
-
-    label: str
-    path: Path
-    curves: Sequence[Curve]
+    label: str  # its name on the page
+    path: Path  # its directory
+    curves: Sequence[Curve]  # those that it has; none if it cannot be drawn
 
     @property
     def names(self) -> str:

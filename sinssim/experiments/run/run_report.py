@@ -57,27 +57,16 @@ _CONSOLE: tuple[Medium, ...] = ("console",)
 
 @dataclass(frozen=True)
 class FirstSections:
-    """The sections of a simulated run that need every sample, with as many points as a page shows.
+    """The sections of a simulated run that need every sample, with as many points as a page shows."""
 
-    Attributes:
-        motion: plots, legs and events of the true motion.
-        facts: its numbers, None for a run that did not fly.
-        track: its track.
-        tracks: those of the inertial solutions.
-        sensors: the errors of the sensors.
-        parts: what only some runs have of their sensors.
-        errors: the errors of the inertial solutions.
-        axes: the axes at the start.
-    """
-
-    motion: Sequence[Item] = ()
-    facts: Table | None = None
-    track: Track | None = None
-    tracks: Sequence[Track] = ()
-    sensors: Sequence[Item] = ()
-    parts: Sequence[Item] = ()
-    errors: Sequence[Item] = ()
-    axes: Sequence[Item] = ()
+    motion: Sequence[Item] = ()  # plots, legs and events of the true motion
+    facts: Table | None = None  # its numbers, None for a run that did not fly
+    track: Track | None = None  # its track
+    tracks: Sequence[Track] = ()  # those of the inertial solutions
+    sensors: Sequence[Item] = ()  # the errors of the sensors
+    parts: Sequence[Item] = ()  # what only some runs have of their sensors
+    errors: Sequence[Item] = ()  # the errors of the inertial solutions
+    axes: Sequence[Item] = ()  # the axes at the start
 
 
 def first_sections(run: Reached | Run, kinds: Sequence[SensorComparison] | None = None) -> FirstSections:

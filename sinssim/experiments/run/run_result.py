@@ -38,20 +38,14 @@ _SHOWN = ("horizontal_error_m", "velocity_error_mps", "attitude_error_arcsec")
 
 @dataclass(frozen=True)
 class Reached:
-    """The stages that a run has reached.
+    """The stages that a run has reached."""
 
-    Attributes:
-        scenario: the scenario; the states of its filter are written out.
-        about_filter: lines that explain the filter's default states.
-        last: the last complete stage before the filter, which has those before it.
-        aided: the aided solution, once the filter has run.
-        parts: what only some runs have, by name, once the run has navigated.
-    """
-
-    scenario: Scenario
-    about_filter: Sequence[str] = ()
+    scenario: Scenario  # the scenario; the states of its filter are written out
+    about_filter: Sequence[str] = ()  # lines that explain the filter's default states
+    # the last complete stage before the filter, which has those before it
     last: Truth | RecordedMotion | Sensed | Navigated | None = None
-    aided: Aided | None = None
+    aided: Aided | None = None  # the aided solution, once the filter has run
+    # what only some runs have, by name, once the run has navigated
     parts: Mapping[str, Part[object]] = field(default_factory=dict)
 
     @property

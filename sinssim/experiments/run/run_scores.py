@@ -78,19 +78,12 @@ _FAR = 10.0
 
 @dataclass(frozen=True)
 class Scored:
-    """Scored solutions beside the algorithms of the run.
+    """Scored solutions beside the algorithms of the run."""
 
-    Attributes:
-        judge: the run that they are compared with.
-        scores: the solutions.
-        errors: errors of the run's algorithms and of the scored solutions.
-        span: time over which they are compared, s.
-    """
-
-    judge: Judge
-    scores: Sequence[Score]
-    errors: Mapping[str, NavError]
-    span: tuple[float, float]
+    judge: Judge  # the run that they are compared with
+    scores: Sequence[Score]  # the solutions
+    errors: Mapping[str, NavError]  # errors of the run's algorithms and of the scored solutions
+    span: tuple[float, float]  # time over which they are compared, s
 
     @cached_property
     def numbers(self) -> dict[str, ErrorNumbers]:

@@ -149,23 +149,14 @@ Parts = Callable[[slice], tuple[Array, ...]]
 
 @dataclass(frozen=True)
 class CoordinateStreams:
-    """Makes the streams of a run's motions in the coordinates that its scenario records.
+    """Makes the streams of a run's motions in the coordinates that its scenario records."""
 
-    Attributes:
-        names: kinds of coordinates, see `sinssim.scenario.tables.COORDINATES`.
-        angles: range of the heading, or "continuous"; None for no angles.
-        ellipsoid: of the geodetic coordinates.
-        pole: pole of the route of conditional coordinates, Earth-fixed unit vector, (3,).
-        start: latitude and longitude of the start of that route, rad.
-        epoch: instant at which the inertial axes are the Earth's, s: the start of the run, for all motions of it.
-    """
-
-    names: tuple[str, ...]
-    angles: str | None
-    ellipsoid: Ellipsoid
-    pole: Array
-    start: tuple[float, float]
-    epoch: float
+    names: tuple[str, ...]  # kinds of coordinates, see `sinssim.scenario.tables.COORDINATES`
+    angles: str | None  # range of the heading, or "continuous"; None for no angles
+    ellipsoid: Ellipsoid  # of the geodetic coordinates
+    pole: Array  # pole of the route of conditional coordinates, Earth-fixed unit vector, (3,)
+    start: tuple[float, float]  # latitude and longitude of the start of that route, rad
+    epoch: float  # instant at which the inertial axes are the Earth's, s: the start of the run, for all motions of it
 
     def of(self, name: str, time: Array, motion: Motion) -> Iterator[Stream]:
         """Yield the streams of one motion at (N,) s, whose names end with its name, "truth" or the algorithm."""

@@ -64,17 +64,11 @@ class Packet(NamedTuple):
 
 @dataclass(frozen=True)
 class Streamed:
-    """The readings of a run that are sent.
+    """The readings of a run that are sent."""
 
-    Attributes:
-        content: the run with the date of its time 0.
-        imu: increments.
-        together: number of samples of the run in each of these, if their rate is limited.
-    """
-
-    content: Content
-    imu: ImuData
-    together: int = 1
+    content: Content  # the run with the date of its time 0
+    imu: ImuData  # increments
+    together: int = 1  # number of samples of the run in each of these, if their rate is limited
 
     @property
     def run(self) -> RecordedRun:

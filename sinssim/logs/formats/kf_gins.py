@@ -207,19 +207,12 @@ TYPICAL_START = np.full(_AXES, 1.0), np.full(_AXES, 0.1), np.array([0.1, 0.1, 0.
 
 @dataclass(frozen=True)
 class Noise:
-    """Errors of three gyros or accelerometers in the terms of KF-GINS, SI.
+    """Errors of three gyros or accelerometers in the terms of KF-GINS, SI."""
 
-    Attributes:
-        white: density of the white noise, one number.
-        bias: 1σ of the bias at the beginning, (3,).
-        wandering: density of the white noise that drives the bias, one number.
-        scale: 1σ of the relative scale-factor errors, (3,).
-    """
-
-    white: float
-    bias: Array
-    wandering: float
-    scale: Array
+    white: float  # density of the white noise, one number
+    bias: Array  # 1σ of the bias at the beginning, (3,)
+    wandering: float  # density of the white noise that drives the bias, one number
+    scale: Array  # 1σ of the relative scale-factor errors, (3,)
 
 
 TYPICAL = (

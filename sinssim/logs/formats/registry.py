@@ -28,18 +28,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Format:
-    """A format of recorded files.
+    """A format of recorded files."""
 
-    Attributes:
-        recognises: whether a file with these first 4096 bytes may be of the format; of a folder, the bytes are none.
-        read: the streams of a file; an InputError with file and row if it cannot be read.
-        files_of: the files in a folder that belong to the format, if it is a folder.
-        read_path: longitude, latitude [°] and height [m] of a path without times, (N, 3), if the format may have one.
-    """
-
+    # whether a file with these first 4096 bytes may be of the format; of a folder, the bytes are none
     recognises: Callable[[Path, bytes], bool]
-    read: Callable[[Path], Streams]
+    read: Callable[[Path], Streams]  # the streams of a file; an InputError with file and row if it cannot be read
+    # the files in a folder that belong to the format, if it is a folder
     files_of: Callable[[Path], list[Path]] = lambda folder: []
+    # longitude, latitude [°] and height [m] of a path without times, (N, 3), if the format may have one
     read_path: Callable[[Path], Array | None] = lambda path: None
 
 

@@ -27,23 +27,14 @@ from sinssim.system.registries import load_entry
 
 @dataclass(frozen=True)
 class Content:
-    """What is written of a run.
+    """What is written of a run."""
 
-    Attributes:
-        run: the run.
-        start_gps_s: GPS time of the run's time 0, to the microsecond.
-        solution_name: "truth" or the reference of a log, a solution, or a satellite receiver for its fixes.
-        imu_name: "measured", "ideal" or "compensated"; None if the run has no inertial readings.
-        rate_hz: most samples a second of a solution, None for all.
-        outages: beginning and end of the spans whose fixes are withheld, s.
-    """
-
-    run: RecordedRun
-    start_gps_s: float
-    solution_name: str = "truth"
-    imu_name: str | None = None
-    rate_hz: float | None = None
-    outages: tuple[tuple[float, float], ...] = ()
+    run: RecordedRun  # the run
+    start_gps_s: float  # GPS time of the run's time 0, to the microsecond
+    solution_name: str = "truth"  # "truth" or the reference of a log, a solution, or a satellite receiver for its fixes
+    imu_name: str | None = None  # "measured", "ideal" or "compensated"; None if the run has no inertial readings
+    rate_hz: float | None = None  # most samples a second of a solution, None for all
+    outages: tuple[tuple[float, float], ...] = ()  # beginning and end of the spans whose fixes are withheld, s
 
     @cached_property
     def solution(self) -> SolutionStream:
@@ -153,32 +144,20 @@ def choose(run: RecordedRun, start_gps_s: float, names: list[str], rate_hz: floa
 
 @dataclass(frozen=True)
 class Export:
-    """A format that runs are exported in.
+    """A format that runs are exported in."""
 
-    Attributes:
-        suffix: suffix of its file, "" if it is a folder.
-        holds: what goes into it: "solution" for one solution, "run" for the truth or a solution, readings and fixes.
-        write: writes it, and says in sentences what is where.
-    """
-
-    suffix: str
-    holds: str
-    write: Callable[[Content, Path], list[str]]
+    suffix: str  # suffix of its file, "" if it is a folder
+    holds: str  # what goes into it: "solution" for one solution, "run" for the truth or a solution, readings and fixes
+    write: Callable[[Content, Path], list[str]]  # writes it, and says in sentences what is where
 
 
 @dataclass(frozen=True)
 class Exported:
-    """An export.
+    """An export."""
 
-    Attributes:
-        place: the file or folder.
-        files: the files written, relative to the place's parent.
-        sentences: what is where, with units, axes and clock.
-    """
-
-    place: Path
-    files: tuple[Path, ...]
-    sentences: tuple[str, ...]
+    place: Path  # the file or folder
+    files: tuple[Path, ...]  # the files written, relative to the place's parent
+    sentences: tuple[str, ...]  # what is where, with units, axes and clock
 
 
 def export_of(name: str) -> Export:

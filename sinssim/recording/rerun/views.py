@@ -26,30 +26,21 @@ _FIRST = ("flight", "navigation", "sensors", "filter")
 
 @dataclass(frozen=True)
 class RunInfo:
-    """Information about a run for the views that show it.
+    """Information about a run for the views that show it."""
 
-    Attributes:
-        name: the scenario's name.
-        start: first instant, s.
-        end: last instant, s.
-        algorithms: navigation algorithms, in the scenario's order.
-        labels: units and other words chosen for the run's numbers, for titles: `position`, `velocity`, `attitude`,
-            `height_scale` and so on.
-        ranges: smallest and largest number of every plotted entity.
-        eye: viewpoint of the 3D view and the point it looks at, m in the scene, or () before they are known.
-        map_zoom: zoom level of the map.
-        views: files of the run's own views.
-    """
-
-    name: str
-    start: float
-    end: float
-    algorithms: tuple[str, ...]
+    name: str  # the scenario's name
+    start: float  # first instant, s
+    end: float  # last instant, s
+    algorithms: tuple[str, ...]  # navigation algorithms, in the scenario's order
+    # units and other words chosen for the run's numbers, for titles: `position`, `velocity`, `attitude`, `height_scale`
+    # and so on
     labels: Mapping[str, str] = field(default_factory=dict)
+    # smallest and largest number of every plotted entity
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    # viewpoint of the 3D view and the point it looks at, m in the scene, or () before they are known
     eye: tuple[tuple[float, float, float], tuple[float, float, float]] | tuple[()] = ()
-    map_zoom: float | None = None
-    views: tuple[str, ...] = ()
+    map_zoom: float | None = None  # zoom level of the map
+    views: tuple[str, ...] = ()  # files of the run's own views
 
     @property
     def application(self) -> str:

@@ -19,17 +19,11 @@ _BY_NAME = {term.name: term for term in TERMS}
 
 
 class DatasheetLine(NamedTuple):
-    """One line of a datasheet.
+    """One line of a datasheet."""
 
-    Attributes:
-        term: the error term.
-        sigma: whether the line gives the 1σ of a random error instead of the error itself.
-        factor: size of its unit in SI.
-    """
-
-    term: ErrorTerm
-    sigma: bool
-    factor: float
+    term: ErrorTerm  # the error term
+    sigma: bool  # whether the line gives the 1σ of a random error instead of the error itself
+    factor: float  # size of its unit in SI
 
     @property
     def key(self) -> str:

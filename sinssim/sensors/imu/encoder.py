@@ -33,25 +33,15 @@ _GAUSS = tuple(zip((0.5 * (_NODES + 1.0)).tolist(), (0.5 * _WEIGHTS).tolist(), s
 
 @dataclass(frozen=True)
 class EncoderErrors:
-    """The errors of the two encoders in one run.
+    """The errors of the two encoders in one run."""
 
-    Attributes:
-        bias: b of the outer and the inner encoder, (2,) rad.
-        periodic: A, rad.
-        cycles: m.
-        phase: χ, rad.
-        noise: 1σ of n, rad.
-        quantum: Q, rad; 0 for none.
-        seed: the run's seed.
-    """
-
-    bias: Array = field(default_factory=lambda: np.zeros(2))
-    periodic: float = 0.0
-    cycles: int = 1
-    phase: float = 0.0
-    noise: float = 0.0
-    quantum: float = 0.0
-    seed: int = 0
+    bias: Array = field(default_factory=lambda: np.zeros(2))  # b of the outer and the inner encoder, (2,) rad
+    periodic: float = 0.0  # A, rad
+    cycles: int = 1  # m
+    phase: float = 0.0  # χ, rad
+    noise: float = 0.0  # 1σ of n, rad
+    quantum: float = 0.0  # Q, rad; 0 for none
+    seed: int = 0  # the run's seed
 
 
 def draw_encoders(imu: Imu, seed: int) -> EncoderErrors | None:
@@ -106,17 +96,11 @@ def read_angles(turns: Turning, errors: EncoderErrors, edges: Array, t: Array) -
 
 @dataclass(frozen=True)
 class Encoders:
-    """The encoders of a rotating IMU in one run.
+    """The encoders of a rotating IMU in one run."""
 
-    Attributes:
-        turns: the true rotation.
-        errors: their errors.
-        edges: edges of the samples, (N+1,) s.
-    """
-
-    turns: Turning
-    errors: EncoderErrors
-    edges: Array
+    turns: Turning  # the true rotation
+    errors: EncoderErrors  # their errors
+    edges: Array  # edges of the samples, (N+1,) s
 
     def attitude(self, t: Array) -> Array:
         """Return the block's attitude in the vehicle as it is read: q̃_vb, (K, 4).

@@ -73,51 +73,32 @@ s. A value with one index has j = i. Sums, products and abs, which numbers, arra
 
 @dataclass(frozen=True, eq=False)
 class ErrorTerm:
-    """One error term of three gyros or of three accelerometers.
+    """One error term of three gyros or of three accelerometers."""
 
-    Attributes:
-        name: its key in [imu] without the unit.
-        triad: "gyro" or "accel".
-        field: its field of `TriadErrors`; gyros and accelerometers may share one.
-        size: number of values: 1 for a noise common to the three axes, 3 for one per axis, 6 for a matrix with a zero
-            diagonal (xy, xz, yx, yz, zx, zy), 9 for a full matrix, row by row.
-        units: size of each unit in SI by its name in a key; the unit of scenarios is first.
-        si_unit: its SI unit; "{rate}" and "{integral}" denote the units of a reading and of an increment.
-        label: its name in the report, followed by the axes for 6 or 9 values.
-        meaning: short description.
-        explanation: description of its key in a scenario.
-        stage: the kernel's stage that applies it; "" if the kernel always applies it.
-        untold: its name in the list of errors that a filter neglects; "" if a filter models it.
-        calibrated: whether a calibration determines it and `sinssim.sensors.imu.compensation` removes it.
-        source: its source in the alignment budget.
-        multiplies: what each of its values multiplies in a mean reading: the one statement of its effect, which
-            emulator, compensation, filter, budgets, monitoring and calibration read; None for noise, pulses and range.
-        limits: limits of one value in a scenario, for `pydantic.Field`; for size 1 at least 0 by default.
-        sigma_limits: limits of its 1σ.
-        default: default of its key; None for the grade's value, or zero if there is none.
-        without: value of the field if nothing is given.
-        slots: parameters of the kernel; by default one for each value of an axis.
-    """
-
-    name: str
-    triad: str
-    field: str
+    name: str  # its key in [imu] without the unit
+    triad: str  # "gyro" or "accel"
+    field: str  # its field of `TriadErrors`; gyros and accelerometers may share one
+    # number of values: 1 for a noise common to the three axes, 3 for one per axis, 6 for a matrix with a zero diagonal
+    # (xy, xz, yx, yz, zx, zy), 9 for a full matrix, row by row
     size: int
-    units: Mapping[str, float]
-    si_unit: str
-    label: str
-    meaning: str
-    explanation: str
-    stage: str = ""
-    untold: str = ""
-    calibrated: bool = False
-    source: str = ""
+    units: Mapping[str, float]  # size of each unit in SI by its name in a key; the unit of scenarios is first
+    si_unit: str  # its SI unit; "{rate}" and "{integral}" denote the units of a reading and of an increment
+    label: str  # its name in the report, followed by the axes for 6 or 9 values
+    meaning: str  # short description
+    explanation: str  # description of its key in a scenario
+    stage: str = ""  # the kernel's stage that applies it; "" if the kernel always applies it
+    untold: str = ""  # its name in the list of errors that a filter neglects; "" if a filter models it
+    calibrated: bool = False  # whether a calibration determines it and `sinssim.sensors.imu.compensation` removes it
+    source: str = ""  # its source in the alignment budget
+    # what each of its values multiplies in a mean reading: the one statement of its effect, which emulator,
+    # compensation, filter, budgets, monitoring and calibration read; None for noise, pulses and range
     multiplies: Regressor | None = None
+    # limits of one value in a scenario, for `pydantic.Field`; for size 1 at least 0 by default
     limits: Mapping[str, float] = dataclasses.field(default_factory=dict)
-    sigma_limits: Mapping[str, float] = dataclasses.field(default_factory=lambda: {"ge": 0.0})
-    default: float | None = None
-    without: float = 0.0
-    slots: int | None = None
+    sigma_limits: Mapping[str, float] = dataclasses.field(default_factory=lambda: {"ge": 0.0})  # limits of its 1σ
+    default: float | None = None  # default of its key; None for the grade's value, or zero if there is none
+    without: float = 0.0  # value of the field if nothing is given
+    slots: int | None = None  # parameters of the kernel; by default one for each value of an axis
 
     @property
     def key(self) -> str:

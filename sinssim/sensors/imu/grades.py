@@ -33,22 +33,14 @@ _Source = Annotated[str, Field(min_length=10, max_length=2000)]
 
 @dataclass(frozen=True)
 class TriadGrade:
-    """The errors of the three gyros or of the three accelerometers of one grade, SI.
+    """The errors of the three gyros or of the three accelerometers of one grade, SI."""
 
-    Attributes:
-        bias: 1σ of the turn-on bias, rad/s or m/s².
-        scale: 1σ of the relative scale-factor error.
-        misalignment: 1σ of each of the six angles of the sensitive axes, rad.
-        random_walk: angle or velocity random walk N, rad/√s or m/s/√s.
-        instability: 1σ of the bias instability (first-order Gauss-Markov), rad/s or m/s².
-        others: 1σ or value of the other terms by their field of `TriadErrors`, SI.
-    """
-
-    bias: float = 0.0
-    scale: float = 0.0
-    misalignment: float = 0.0
-    random_walk: float = 0.0
-    instability: float = 0.0
+    bias: float = 0.0  # 1σ of the turn-on bias, rad/s or m/s²
+    scale: float = 0.0  # 1σ of the relative scale-factor error
+    misalignment: float = 0.0  # 1σ of each of the six angles of the sensitive axes, rad
+    random_walk: float = 0.0  # angle or velocity random walk N, rad/√s or m/s/√s
+    instability: float = 0.0  # 1σ of the bias instability (first-order Gauss-Markov), rad/s or m/s²
+    # 1σ or value of the other terms by their field of `TriadErrors`, SI
     others: Mapping[str, float] = field(default_factory=dict)
 
     def of(self, term: ErrorTerm) -> float:
@@ -69,19 +61,12 @@ _FIELDS = {item.name for item in fields(TriadGrade)} - {"others"}
 
 @dataclass(frozen=True)
 class Grade:
-    """One row of the table, or one file.
+    """One row of the table, or one file."""
 
-    Attributes:
-        description: one sentence.
-        source: the public documents with the figures, and the figures from elsewhere.
-        gyro: the three gyros.
-        accel: the three accelerometers.
-    """
-
-    description: str
-    source: str
-    gyro: TriadGrade
-    accel: TriadGrade
+    description: str  # one sentence
+    source: str  # the public documents with the figures, and the figures from elsewhere
+    gyro: TriadGrade  # the three gyros
+    accel: TriadGrade  # the three accelerometers
 
 
 def of_grades(term: ErrorTerm) -> bool:

@@ -24,17 +24,11 @@ FaultKind = Literal["dropout", "freeze", "spike", "bias-step", "saturation", "ji
 
 @dataclass(frozen=True)
 class WarmUp:
-    """Temperature of the block above that of its calibration: Θ∞ + (Θ₀ − Θ∞) exp(−t/τ), t from the first sample.
+    """Temperature of the block above that of its calibration: Θ∞ + (Θ₀ − Θ∞) exp(−t/τ), t from the first sample."""
 
-    Attributes:
-        start: Θ₀, K.
-        steady: Θ∞, K.
-        time_constant: τ, s.
-    """
-
-    start: float = 0.0
-    steady: float = 0.0
-    time_constant: float = 600.0
+    start: float = 0.0  # Θ₀, K
+    steady: float = 0.0  # Θ∞, K
+    time_constant: float = 600.0  # τ, s
 
     def temperature(self, t: Array) -> Array:
         """Return Θ: temperature above that of the calibration, (...) K. `t`: time since the first sample, (...) s."""
@@ -43,21 +37,14 @@ class WarmUp:
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault of the block.
+    """A fault of the block."""
 
-    Attributes:
-        kind: kind of the fault.
-        start: its beginning, or the time of a spike, s.
-        end: its end, s.
-        amount: one value for each of the six channels, gyros first, (6,): addition to the rate or specific force by a
-            step, rad/s or m/s²; addition to the increment by a spike, rad or m/s; range during a saturation, 0 for no
-            change, rad/s or m/s²; 1 for a channel that drops out or freezes. For jitter, the first value is the 1σ of
-            the time stamps, s.
-    """
-
-    kind: FaultKind
-    start: float
-    end: float
+    kind: FaultKind  # kind of the fault
+    start: float  # its beginning, or the time of a spike, s
+    end: float  # its end, s
+    # one value for each of the six channels, gyros first, (6,): addition to the rate or specific force by a step, rad/s
+    # or m/s²; addition to the increment by a spike, rad or m/s; range during a saturation, 0 for no change, rad/s or
+    # m/s²; 1 for a channel that drops out or freezes. For jitter, the first value is the 1σ of the time stamps, s.
     amount: Array
 
 

@@ -199,23 +199,14 @@ def null_shift(gyro: LaserGyro, change: ArrayLike, gain: float, flow_speed: floa
 
 @dataclass(frozen=True)
 class NullShift:
-    """The null shift of a block's three equal gyros as a function of temperature.
+    """The null shift of a block's three equal gyros as a function of temperature."""
 
-    Attributes:
-        gyro: the ring, tuned to the centre of the gain line at the temperature of its calibration.
-        gain: G, power gain per round trip at the centre of the line.
-        flow_speed: v, speed of the gas along the beams, mean over the ring, m/s.
-        thermal_speed: u, most probable speed of the atoms, m/s.
-        expansion: α, linear expansion of the block, 1/K.
-        control: fraction of the path's change that the path-length control removes, 0 (none) to 1.
-    """
-
-    gyro: LaserGyro
-    gain: float
-    flow_speed: float
-    thermal_speed: float
-    expansion: float
-    control: float = 0.0
+    gyro: LaserGyro  # the ring, tuned to the centre of the gain line at the temperature of its calibration
+    gain: float  # G, power gain per round trip at the centre of the line
+    flow_speed: float  # v, speed of the gas along the beams, mean over the ring, m/s
+    thermal_speed: float  # u, most probable speed of the atoms, m/s
+    expansion: float  # α, linear expansion of the block, 1/K
+    control: float = 0.0  # fraction of the path's change that the path-length control removes, 0 (none) to 1
 
     def bias(self, warmth: ArrayLike) -> Array:
         """Return the null shift minus its calibrated value: ω₀(ΔL) − Ω₀(0), (...) rad/s.

@@ -48,14 +48,10 @@ class OutageNumbers(TypedDict):
 
 @dataclass(frozen=True)
 class JudgedOutages:
-    """The errors of injected outages.
+    """The errors of injected outages."""
 
-    Attributes:
-        numbers: the entry `outages` of the summary.
-        growth: for each outage the time since its beginning, (K,) s, and the horizontal error, (K,) m.
-    """
-
-    numbers: OutageNumbers
+    numbers: OutageNumbers  # the entry `outages` of the summary
+    # for each outage the time since its beginning, (K,) s, and the horizontal error, (K,) m
     growth: tuple[tuple[Array, Array], ...]
 
 
