@@ -42,7 +42,7 @@ import numpy as np
 from sinssim import earth, rotation
 from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
-from sinssim.estimation.state_model import INERTIAL, ErrorModel
+from sinssim.estimation.state_model import INERTIAL, ErrorModel, places_of
 from sinssim.filters import GRAVITY
 from sinssim.sensors.measurement_kind import CORE, PHI, R, V, earth_rate, earth_rate_slope, skew
 from sinssim.strapdown.navigation_error import turn_of_north
@@ -70,19 +70,19 @@ def transport_rate(latitude: Array, height: Array, velocity: Array, ellipsoid: E
     return np.stack([east, -velocity[:, 0] / (r1 + height), -east * np.tan(latitude)], axis=-1)
 
 
-def reading_error(model: ErrorModel, triad: str, reading: Array) -> Array:
+def reading_error(model: ErrorModel, triad: str, reading: Array, force: Array) -> Array:
     """Return the matrix of δω, or δf, the error of a compensated reading of "gyro" or "accelerometer", (K, 3, n).
 
-    δω = matrix · x; the reading is the inertial rate, rad/s, or the specific force, m/s², in body axes, (K, 3).
+    δω = matrix · x; the reading is the inertial rate, rad/s, or the specific force, m/s², in body axes, (K, 3), as is
+    the `force`, on which the gyros may depend.
     """
     out = np.zeros((len(reading), 3, model.size))
     for name, where in model.slices.items():
         if name == f"{triad} instability":
             out[:, :, where] = np.eye(3)
         if name.startswith(f"{triad} ") and (term := INERTIAL.get(name)) is not None:
-            inputs = np.broadcast_to(term.inputs(reading, np.zeros_like(reading)), (len(reading), *term.shape))
-            places = np.argwhere(np.ones(term.shape) if term.size == 3 else ~np.eye(3, dtype=bool))
-            for state, at in enumerate(places, start=where.start):
+            inputs = np.broadcast_to(term.inputs(reading, force), (len(reading), *term.shape))
+            for state, at in enumerate(np.argwhere(places_of(term)), start=where.start):
                 out[:, at[0], state] = inputs[:, *at]
     return out
 
@@ -140,8 +140,8 @@ def dynamics(model: ErrorModel, motion: NominalMotion, gravity: str, ellipsoid: 
     f[:, R, V] = np.eye(3)
     f[:, 0, 0], f[:, 0, 2] = -d / p, n / p
     f[:, 1, 0], f[:, 1, 1], f[:, 1, 2] = e * t / q, -(n * t + d) / q, e / q
-    f[:, PHI, CORE:] = -motion.c_nb @ reading_error(model, "gyro", motion.rate_b)[:, :, CORE:]
-    f[:, V, CORE:] = motion.c_nb @ reading_error(model, "accelerometer", motion.force_b)[:, :, CORE:]
+    f[:, PHI, CORE:] = -motion.c_nb @ reading_error(model, "gyro", motion.rate_b, motion.force_b)[:, :, CORE:]
+    f[:, V, CORE:] = motion.c_nb @ reading_error(model, "accelerometer", motion.force_b, motion.force_b)[:, :, CORE:]
     if GRAVITY in model.slices:
         f[:, V, model.slices[GRAVITY]] = -np.eye(3)
     _fill_parameters(f, model, v)
@@ -257,8 +257,8 @@ def earth_dynamics(
     f[:, V, V] = -2.0 * spin
     f[:, V, PHI] = skew(np.einsum("kij,kj->ki", c_en, motion.force_n))
     f[:, PHI, PHI] = -spin
-    f[:, PHI, CORE:] = -c_eb @ reading_error(model, "gyro", motion.rate_b)[:, :, CORE:]
-    f[:, V, CORE:] = c_eb @ reading_error(model, "accelerometer", motion.force_b)[:, :, CORE:]
+    f[:, PHI, CORE:] = -c_eb @ reading_error(model, "gyro", motion.rate_b, motion.force_b)[:, :, CORE:]
+    f[:, V, CORE:] = c_eb @ reading_error(model, "accelerometer", motion.force_b, motion.force_b)[:, :, CORE:]
     if GRAVITY in model.slices:
         f[:, V, model.slices[GRAVITY]] = -c_en
     _fill_parameters(f, model, motion.velocity)

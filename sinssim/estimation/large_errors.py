@@ -141,7 +141,7 @@ class PointMotion:
         return cls(
             model.axes, ellipsoid, gravity, interval, fixed, to_earth, from_earth,
             rotation.rotation_vector_from_quaternion(turn), rotation.rotate(back, pushed), rotation.rotate(back, bent),
-            reading_error(model, "gyro", rate), reading_error(model, "accelerometer", force), unknown,
+            reading_error(model, "gyro", rate, force), reading_error(model, "accelerometer", force, force), unknown,
             np.exp(-t * rates_of_decay(model, 0.5 * (state.velocity_ned[1:] + state.velocity_ned[:-1]))),
         )  # fmt: skip
 

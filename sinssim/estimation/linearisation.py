@@ -29,7 +29,7 @@ from sinssim.estimation.error_dynamics import (
 )
 from sinssim.estimation.large_errors import PointMotion
 from sinssim.estimation.measurement_epochs import CheckedMeasurements, Epochs
-from sinssim.estimation.state_model import ErrorModel
+from sinssim.estimation.state_model import INERTIAL, ErrorModel
 from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.sensors.imu.compensation import MeanGyroRates
 from sinssim.sensors.imu.encoder import Encoders
@@ -37,6 +37,7 @@ from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.measurement_kind import CORE, PHI, Comparison, MeasurementKind, V, earth_rate
 from sinssim.sensors.vibration_noise import AddedNoise
 from sinssim.strapdown.navigation_error import POLAR_LIMIT, carried
+from sinssim.units import G0
 
 
 def rows_of(state: NavState | NavSolution, rows: NDArray[np.intp] | slice) -> NavState:
@@ -198,10 +199,11 @@ class Prediction:
 
     def rate_error(self, model: ErrorModel) -> Array:
         """Return the matrix of the rate's error by the gyros' states, (M, 3, n)."""
+        up = rotation.dcm_from_quaternion(self.state.q_nb)[:, 2] * -G0  # the specific force without acceleration
         if self.sensed is None:
-            return reading_error(model, "gyro", self.rate_b)
+            return reading_error(model, "gyro", self.rate_b, up)
         rate, c_vb = self.sensed
-        return np.asarray(c_vb @ reading_error(model, "gyro", rate))
+        return np.asarray(c_vb @ reading_error(model, "gyro", rate, np.einsum("kij,ki->kj", c_vb, up)))
 
 
 def observe(
@@ -308,7 +310,7 @@ def linearise(
     state = _at(nominal, time, around, calibration)
     middle = _at(nominal, time[:-1] + 0.5 * interval, around, calibration)
     rate = np.zeros((len(interval), 3))
-    if "gyro scale" in model.slices or "gyro misalignment" in model.slices:
+    if any(name in INERTIAL and name.startswith("gyro ") for name in model.slices):
         lasts = interval > 0.0
         rate[lasts] = around.gyros.mean(time[:-1][lasts], time[1:][lasts], calibration)
     moving = motion(state, middle, interval, rate, around.gravity, around.ellipsoid, model.axes)

@@ -28,6 +28,7 @@ from sinssim.errors import InputError, check_name, shortened, unknown_name
 from sinssim.frames import AXES
 from sinssim.sensors import flicker
 from sinssim.sensors.aiding_registry import own_errors
+from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import FIELDS, SLOTS, TERMS
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp, check_sigmas
@@ -59,6 +60,17 @@ BLOCKS: dict[str, tuple[tuple[str, ...], str]] = {
     "accelerometer scale": (_BODY, ""),
     "gyro misalignment": (_ANGLES, "rad"),
     "accelerometer misalignment": (_ANGLES, "rad"),
+    **{
+        f"{triad} {what}": (axes, of_gyro if triad == "gyro" else of_accelerometer)
+        for what, axes, of_gyro, of_accelerometer in (
+            ("asymmetry", _BODY, "", ""),
+            ("quadratic", _BODY, "s/rad", "s²/m"),
+            ("cubic", _BODY, "s²/rad²", "s⁴/m²"),
+        )
+        for triad in ("gyro", "accelerometer")
+    },
+    "accelerometer cross-axis": (_ANGLES, "s²/m"),
+    "gyro g-sensitivity": (tuple(f"{i}{j}" for i in "xyz" for j in "xyz"), "rad/s/(m/s²)"),
     "gravity disturbance": (_NED, "m/s²"),
     "gnss lever arm": (_BODY, "m"),
     "gnss time offset": (("",), "s"),
@@ -83,11 +95,23 @@ def of_sensors() -> tuple[str, ...]:
     return (" bias", " scale", " delay", *(f" {error}" for error in sorted(own_errors())))
 
 
-INERTIAL = {
-    name: term for term in TERMS if (name := f"{term.triad.replace('accel', 'accelerometer')} {term.field}") in BLOCKS
-    and term.multiplies is not None
-}  # fmt: skip
+def block_of_term(term: ErrorTerm) -> str:
+    """Return the name of the block whose states are the values of a row of the table of error terms."""
+    return f"{term.triad.replace('accel', 'accelerometer')} {term.field.replace('_', '-')}"
+
+
+INERTIAL = {block_of_term(of): of for of in TERMS if of.multiplies is not None and block_of_term(of) in BLOCKS}
 """Rows of the table of error terms whose values are the states of a block, by its name."""
+
+
+def values_of(term: ErrorTerm, value: Array) -> Array:
+    """Return the states of a row's block for a value of its field, (..., n) for (..., 3) or (..., 3, 3)."""
+    return value if term.size == 3 else value[..., places_of(term)]
+
+
+def places_of(term: ErrorTerm) -> NDArray[np.bool_]:
+    """Return which elements of a row's field are values, in the shape of the field."""
+    return np.ones(term.shape, dtype=bool) if term.size != 6 else ~np.eye(3, dtype=bool)
 
 
 @dataclass(frozen=True)
@@ -263,7 +287,7 @@ class ErrorModel:
 
 
 UNTOLD = {name: FIELDS[name].untold for name in SLOTS if FIELDS[name].untold}
-"""Fields of `TriadErrors` that a filter neglects; scale factors and misalignments unless they are states."""
+"""Fields of `TriadErrors` that a filter neglects unless they are states."""
 
 _FLOOR = math.sqrt(2.0 * math.log(2.0) / math.pi)
 """Ratio of the Allan deviation of flicker noise to its B."""
@@ -326,7 +350,7 @@ def error_model(
         f"{name} of the {triad_name}s"
         for triad_name, triad in triads.items()
         for field, name in UNTOLD.items()
-        if np.any(getattr(triad, field)) and f"{triad_name} {field}" not in chosen
+        if np.any(getattr(triad, field)) and f"{triad_name} {field.replace('_', '-')}" not in chosen
     ]
     untold += ["the accelerometers' arms"] if np.any(sigma.arms) else []
     untold += ["the accelerometers' delay"] if sigma.delay else []
@@ -341,8 +365,7 @@ def _imu_block(name: str, what: str, triad: TriadErrors, warm_up: WarmUp, durati
     if what == "instability":
         return Block(name, triad.instability, correlation_time=triad.correlation_time)
     if what != "bias":
-        value: Array = getattr(triad, what)
-        return Block(name, value if value.ndim == 1 else value[~np.eye(3, dtype=bool)])
+        return Block(name, values_of(INERTIAL[name], getattr(triad, INERTIAL[name].field)))
     warming = triad.bias_temperature * (warm_up.steady - warm_up.start)
     start = triad.bias**2 + (triad.bias_temperature * warm_up.start) ** 2
     walk = triad.rate_walk**2 + triad.ramp**2 * duration + warming**2 / warm_up.time_constant

@@ -119,6 +119,8 @@ def weights(scenario: Scenario, moved: Excitation | None = None) -> tuple[Weight
             continue
         triad, _, what = block.name.partition(" ")
         size = float(np.max(np.square(block.sigma) + np.square(block.density) * motion.duration))
+        if size == 0.0 and what not in ("bias", "scale", "misalignment"):
+            continue
         noise = model.gyro_noise if triad == "gyro" else model.accel_noise
         squared = _ratio_squared(size * block.size / 3.0 * _input(motion, triad, what), noise)
         result.append(Weight(block.name, math.sqrt(squared), squared > (0.0 if what == "bias" else LEFT_OUT)))
@@ -129,10 +131,12 @@ def weights(scenario: Scenario, moved: Excitation | None = None) -> tuple[Weight
 
 
 def _input(motion: Excitation, triad: str, what: str) -> float:
-    """Return ∫u² dt, summed over the three axes."""
+    """Return ∫u² dt, summed over the three axes; squares and cubes of the input as if it were normally distributed."""
     if what == "bias":
         return 3.0 * motion.duration
-    return motion.rate if triad == "gyro" else motion.force
+    once = motion.rate if triad == "gyro" and what != "g-sensitivity" else motion.force
+    moment, power = {"quadratic": (3.0, 2), "cross-axis": (1.0, 2), "cubic": (15.0, 3)}.get(what, (1.0, 1))
+    return moment * once * (once / motion.duration) ** (power - 1) * (0.25 if what == "asymmetry" else 1.0)
 
 
 def _ratio_squared(signal: float, noise: float) -> float:
@@ -194,6 +198,7 @@ def hints(scenario: Scenario) -> Iterator[str]:
     """Explain an inconsistent filter by states that it lacks."""
     given, every = states(scenario), weights(scenario)
     yield from _about_gravity(scenario)
+    yield from _about_turning(scenario)
     missing = [w for w in every if w.needed and w.block not in given and w.block != GRAVITY]
     if missing:
         which = ", ".join(f"{w.block} ({_times(w.ratio)} times the noise over the run)" for w in missing)
@@ -220,6 +225,7 @@ def notes(scenario: Scenario) -> Iterator[str]:
     know."""
     if scenario.filter is not None:
         yield from _about_gravity(scenario)
+        yield from _about_turning(scenario)
     section, parked = scenario.filter, scenario.parked
     if section is None or section.alignment_s is None or section.alignment != "at-rest" or parked is None:
         return
@@ -231,6 +237,27 @@ def notes(scenario: Scenario) -> Iterator[str]:
             f"filter.alignment_s: the gyros drift by {drift / DEG_H:.3g} deg/h (1σ), and the north component of the "
             f"Earth's rate is {north / DEG_H:.3g} deg/h. Such gyros cannot find the heading, and the run will most "
             "likely fail. Use better gyros, or an initial heading and [aiding.magnetometer] in place of alignment_s."
+        )
+
+
+def _about_turning(scenario: Scenario) -> Iterator[str]:
+    """Report a motion that turns far between predictions.
+
+    What an error adds up to in an interval, along axes that turn with the block, is taken along those in its middle;
+    over an angle θ the mean axis differs by θ²/24 from that.
+    """
+    source, section = scenario.source, scenario.filter
+    if section is None or not isinstance(source, Motion):
+        return
+    angle = math.sqrt(source.turning(scenario.truth) / expected_duration(scenario)) / section.rate_hz
+    across = ("gyro scale", "gyro misalignment")
+    ratio = angle**2 / 24.0 * max((w.ratio for w in weights(scenario) if w.block in across), default=0.0)
+    if ratio > PRODUCTS and math.isfinite(ratio):
+        yield (
+            f"filter.rate_hz = {section.rate_hz:g}: the block turns by {math.degrees(angle):.0f} deg (rms) from one "
+            f"prediction to the next, so that the filter mistakes the effect of {' and '.join(across)} by up to "
+            f"{_times(ratio)} times their noise over the run. Set filter.rate_hz = "
+            f"{math.ceil(0.1 * section.rate_hz * math.sqrt(ratio / PRODUCTS)) * 10} or more."
         )
 
 

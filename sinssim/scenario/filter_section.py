@@ -39,6 +39,14 @@ FILTER_STATES: dict[str, str] = {
     "accelerometer scale": "scale-factor errors of the accelerometers",
     "gyro misalignment": "tilts of the gyros' sensitive axes, six angles",
     "accelerometer misalignment": "tilts of the accelerometers' sensitive axes, six angles",
+    "gyro g-sensitivity": "rates of the gyros by specific force, nine",
+    "gyro asymmetry": "scale factors of the gyros for positive inputs less those for negative ones",
+    "accelerometer asymmetry": "the same of the accelerometers",
+    "gyro quadratic": "errors of the gyros by the square of the rate",
+    "accelerometer quadratic": "errors of the accelerometers by the square of the specific force",
+    "gyro cubic": "errors of the gyros by the cube of the rate",
+    "accelerometer cubic": "errors of the accelerometers by the cube of the specific force",
+    "accelerometer cross-axis": "errors of the accelerometers by products of specific forces, six",
 }
 BLOCKS_OF_STATES = {
     **FILTER_STATES,

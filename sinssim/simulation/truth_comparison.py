@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from sinssim.data import Array, ImuData, NavSolution, blocks, short_repr
 from sinssim.estimation import ErrorModel, Estimate, nominal_errors, state_errors
 from sinssim.estimation.linearisation import rows_of, solution_of
-from sinssim.estimation.state_model import NAVIGATION, crossing_time
+from sinssim.estimation.state_model import INERTIAL, NAVIGATION, crossing_time, values_of
 from sinssim.filters import GRAVITY
 from sinssim.sensors.aiding_sensor import AidingReadings
 from sinssim.sensors.imu.fields import TriadErrors
@@ -31,7 +31,9 @@ if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory
 
 
-_STATES = ("bias", "scale", "misalignment", "bias_temperature")  # the parameters that a calibration changes
+_STATES = tuple(dict.fromkeys(("bias", "scale", "misalignment", "bias_temperature",
+                               *(of.field for of in INERTIAL.values()))))  # fmt: skip
+"""The parameters that a calibration changes; of a redundant set the first three have states."""
 
 
 class InertialParameters:
@@ -87,6 +89,10 @@ class InertialParameters:
                 values[f"{name} scale"] = constant[k][1]
                 values[f"{name} misalignment"] = constant[k][2][..., ~np.eye(3, dtype=bool)]
                 values[f"{name} instability"] = instabilities[k][i]
+                further = ((block, of) for block, of in INERTIAL.items() if block.startswith(f"{name} "))
+                values |= {
+                    block: values_of(of, getattr(triad, of.field)) for block, of in further if block not in values
+                }
             parameters.append(values)
         return parameters
 

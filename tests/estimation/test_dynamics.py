@@ -14,6 +14,7 @@ from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.errors import InputError
 from sinssim.estimation import BLOCKS, Block, ErrorModel
 from sinssim.estimation.error_dynamics import NominalMotion, driving_noise, dynamics, noise_at_speed, transition
+from sinssim.estimation.state_model import INERTIAL
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.strapdown.navigate import disturbance_in_body, navigate
@@ -35,14 +36,10 @@ STEPS = {
     "accelerometer scale": 2e-3,
     "gyro misalignment": 0.02,
     "accelerometer misalignment": 2e-3,
+    "gyro asymmetry": 0.04, "accelerometer asymmetry": 4e-3, "gyro quadratic": 1.0, "accelerometer quadratic": 2e-4,
+    "gyro cubic": 50.0, "accelerometer cubic": 1e-5, "accelerometer cross-axis": 2e-4, "gyro g-sensitivity": 1e-4,
     "gravity disturbance": 1e-2,
-}
-
-
-def off_diagonal(angles: Array) -> Array:
-    matrix = np.zeros((3, 3))
-    matrix[~np.eye(3, dtype=bool)] = angles
-    return matrix
+}  # fmt: skip
 
 
 def perturbed(start: NavState, imu: ImuData, x: Array, ellipsoid: str) -> tuple[NavState, ImuData]:
@@ -57,13 +54,10 @@ def perturbed(start: NavState, imu: ImuData, x: Array, ellipsoid: str) -> tuple[
         # C_solution = (I − [φ×]) C_true
         rotation.multiply(rotation.quaternion_from_rotation_vector(-part["attitude"]), start.q_nb),
     )
+    part |= {f"{of} bias": part[f"{of} bias"] + part[f"{of} instability"] for of in ("gyro", "accelerometer")}
     gyro, accel = (
-        TriadErrors(
-            bias=part[f"{triad} bias"] + part[f"{triad} instability"],
-            scale=part[f"{triad} scale"],
-            misalignment=off_diagonal(part[f"{triad} misalignment"]),
-        )
-        for triad in ("gyro", "accelerometer")
+        TriadErrors(**{of.field: of.shaped(part[name]) for name, of in INERTIAL.items() if of.triad == triad})
+        for triad in ("gyro", "accel")
     )
     wrong = emulate(imu, ImuErrors(gyro, accel))
     unknown = part["gravity disturbance"]

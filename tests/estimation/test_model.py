@@ -129,6 +129,11 @@ def test_axes_units_and_limits_of_the_blocks() -> None:
         "position": (ned, "m"), "velocity": (ned, "m/s"), "attitude": (ned, "rad"),
         "gravity disturbance": (ned, "m/s²"),
         "gnss lever arm": (body, "m"), "gnss time offset": (("",), "s"),
+        "gyro asymmetry": (body, ""), "accelerometer asymmetry": (body, ""),
+        "gyro quadratic": (body, "s/rad"), "accelerometer quadratic": (body, "s²/m"),
+        "gyro cubic": (body, "s²/rad²"), "accelerometer cubic": (body, "s⁴/m²"),
+        "accelerometer cross-axis": (pairs, "s²/m"),
+        "gyro g-sensitivity": (("xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"), "rad/s/(m/s²)"),
     }  # fmt: skip
     for triad, unit in (("gyro", "rad/s"), ("accelerometer", "m/s²")):
         for what in ("bias", "instability"):

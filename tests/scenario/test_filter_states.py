@@ -14,6 +14,7 @@ from sinssim.experiments.run.filter_summary import sentences
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.filter_model import LEFT_OUT, choice, excitation, hints, notes, states, weights, with_states
 from sinssim.scenario.filter_section import FILTER_STATES
+from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.grades import GRADES
 from tests.slow import slow
@@ -61,14 +62,14 @@ def test_choice_follows_grade_and_motion() -> None:
         "accelerometer misalignment",
     )
     assert states(standing("ideal")) == ()
-    assert states(load_scenario("mems_uav")) == tuple(FILTER_STATES)
+    assert states(load_scenario("mems_uav")) == tuple(FILTER_STATES)[:6]
     assert states(standing("tactical", states=("gyro bias",))) == ("gyro bias",)
     calibrated = load_scenario("mems_uav", ["compensation.accel_bias_sigma_ug=10.0"])
     assert states(calibrated) == ("accelerometer bias",)  # of the rest the calibration knows all
     noiseless = standing("tactical").model_copy(
         update={"imu": load_scenario("mems_uav", ["imu.gyro_arw_deg_sqrt_h=0.0"]).imu}
     )
-    assert set(states(noiseless)) == set(FILTER_STATES)  # no noise hides anything
+    assert set(states(noiseless)) == set(tuple(FILTER_STATES)[:6])  # no noise hides anything
 
 
 @pytest.mark.parametrize("name", ["align_in_motion", *slow("transfer_alignment")])
@@ -127,7 +128,7 @@ def test_the_scenario_as_resolved(tmp_path: Path) -> None:
     assert "#   gyro scale                  left out  " in text
     assert load_scenario(tmp_path / "run" / "scenario.toml") == result.scenario == with_states(scenario)
     assert choice(result.scenario) == ()
-    assert len(choice(scenario)) == 1 + len(FILTER_STATES)
+    assert len(choice(scenario)) == 1 + 6  # those that the sensors do not have are not listed
 
 
 def test_what_cannot_be_is_said_before_the_run() -> None:
@@ -184,3 +185,20 @@ def test_every_grade_in_every_aided_scenario(grade: str, name: str) -> None:
     elif not kept["consistent"]:
         assert run(scenario.model_copy(update={"seed": 1001})).summary["filter"]["consistent"]
     assert max([0.0, *(w.ratio**2 for w in weights(scenario) if not w.needed)]) <= LEFT_OUT
+
+
+def test_a_block_that_turns_far_between_predictions_is_reported() -> None:
+    """A shoe: θ²/24 times the largest ratio of the gyros' scale factors and misalignments, from 3 on."""
+    given = load_scenario("foot_walk", ["filter.rate_hz=10"])
+    assert not list(notes(load_scenario("foot_walk")))
+    (told,) = notes(given)
+    angle = np.sqrt(given.source.turning(given.truth) / expected_duration(given)) / 10.0
+    ratio = (
+        angle**2 / 24.0 * max(w.ratio for w in weights(given) if w.block.startswith("gyro") and "bias" not in w.block)
+    )
+    assert told.startswith(f"filter.rate_hz = 10: the block turns by {np.degrees(angle):.0f} deg (rms)")
+    assert f"by up to {ratio:.2g} times" in told
+    least = 10.0 * np.sqrt(ratio / 3.0)
+    assert told.endswith(f"Set filter.rate_hz = {10 * int(np.ceil(least / 10.0))} or more.")
+    assert least < 40.0
+    assert told in list(hints(given))

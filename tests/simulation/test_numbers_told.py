@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -21,7 +20,7 @@ from sinssim.scenario.recorded_sensors import recorded_sensors
 from sinssim.scenario.run_memory import check_memory, needed_memory
 from sinssim.scenario.unknown_gravity import UnknownGravity, gravity_notes
 from sinssim.simulation import aided_run as diagnosis
-from sinssim.simulation.aided_run import _part, _rows, _tried
+from sinssim.simulation.aided_run import _part, _rows
 from tests.scenario.test_filter_states import standing
 
 MOVED = Excitation(400.0, 0.25, 900.0)
@@ -202,18 +201,6 @@ def test_errors_of_a_recorded_receiver() -> None:
 OWN = ErrorModel(
     (Block("position", 2.0), Block("velocity", 0.5), Block("attitude", 1e-3), Block("gyro bias", 0.1)), 1e-4, 1e-3
 )
-
-
-def test_what_a_search_says_it_tries() -> None:
-    p, v, a, bias = OWN.blocks
-    assert _tried(OWN, OWN, {"gnss": 2.0, "baro": 3.0}) == "σ of gnss, baro"
-    assert _tried(OWN, replace(OWN, accel_noise=2e-3), {}) == "inertial noise"
-    assert _tried(OWN, replace(OWN, blocks=(p, Block("velocity", 9.0), a, bias)), {}) == "initial velocity"
-    assert _tried(OWN, replace(OWN, blocks=(p, v, a, Block("gyro bias", 0.2))), {}) == "gyro bias"
-    assert _tried(OWN, replace(OWN, blocks=(*OWN.blocks, Block("gyro scale", 0.2))), {}) == "gyro scale"
-    walk = Block("gyro bias", 0.1, random_walk=0.01)
-    assert _tried(OWN, replace(OWN, blocks=(p, v, a, walk)), {}) == "random walk of gyro bias"
-    assert _tried(OWN, OWN, {}) == "the filter itself"
 
 
 def test_parts_of_innovations_and_readings() -> None:

@@ -1,0 +1,87 @@
+"""Errors of the inertial sensors beyond bias, scale factor and misalignment as states: consistent with, not without."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+import sinssim
+from sinssim.alignment.alignment_budget import expected_errors
+from sinssim.data import Measurements
+from sinssim.estimation import error_model
+from sinssim.estimation.error_dynamics import reading_error
+from sinssim.estimation.estimate import estimate
+from sinssim.estimation.state_model import INERTIAL, block_of_term, values_of
+from sinssim.scenario import load_scenario
+from sinssim.scenario.filter_model import choice, states
+from sinssim.sensors.imu.error_term_table import TERMS
+from sinssim.sensors.imu.imu import Imu
+from sinssim.strapdown.navigation_error import navigation_error
+from tests.estimation.test_diagnosis import ALL_STATES, RATE, SIGMA, START, disturbed, motion
+from tests.slow import slow
+
+BLOCKS = {
+    "gyro g-sensitivity": {"gyro_g_sensitivity_sigma_deg_h_per_g": 500.0},
+    "accelerometer asymmetry": {"accel_asymmetry_sigma_ppm": 60_000.0},
+}
+
+
+def nees(seed: int, block: str, with_state: bool, seconds: float) -> float:
+    """Return the sum of squared errors of navigation at the end of a drive, normalised by their covariance, (9)."""
+    truth, unit = motion(seconds), Imu(grade="mems-tactical", rate_hz=RATE, **BLOCKS[block])
+    imu = sinssim.emulate(truth.increments(RATE), unit, seed=seed)
+    time, rng = np.arange(1.0, seconds - 0.5), np.random.default_rng(seed)
+    state = truth.state(time)
+    place = np.column_stack((state.latitude, state.longitude, state.height))
+    place += rng.standard_normal(place.shape) * SIGMA["gnss-position"] * (1.0 / 6.36e6, 1.0 / 4.89e6, 1.0)
+    velocity = state.velocity_ned + SIGMA["gnss-velocity"] * rng.standard_normal((len(time), 3))
+    readings = [
+        Measurements(kind, time, time, value, np.full((len(time), 3), SIGMA[kind]))
+        for kind, value in (("gnss-position", place), ("gnss-velocity", velocity))
+    ]
+    model = error_model(
+        expected_errors(unit).sigma, **START, imu=(*ALL_STATES, *([block] * with_state)), duration=seconds
+    )
+    done = estimate(imu, disturbed(truth.state(0.0), seed), readings, model, gate=None, history=False, row_s=0.0)
+    error = navigation_error(truth.state(done.time), done.solution)
+    x = np.r_[error.position_ned[-1], error.velocity_ned[-1], error.attitude[-1]]
+    return float(x @ np.linalg.solve(done.covariance[-1, :9, :9], x))
+
+
+@pytest.mark.parametrize("runs", [3, *slow(20)])
+@pytest.mark.parametrize("block", list(BLOCKS))
+def test_the_filter_is_consistent_with_the_state_and_not_without(block: str, runs: int) -> None:
+    """The mean NEES of 9 states over n runs is χ² of 9n degrees over n; outside 99.8 % by chance in 0.2 %."""
+    seconds = 60.0 if runs == 3 else 100.0
+    low, high = chi2.ppf((0.001, 0.999), 9 * runs) / runs
+    assert low < np.mean([nees(seed, block, True, seconds) for seed in range(runs)]) < high
+    assert np.mean([nees(seed, block, False, seconds) for seed in range(runs)]) > high
+
+
+def test_each_state_has_the_effect_of_its_row() -> None:
+    """By the table's own formulas at one rate and force, written out."""
+    rate, force = np.array([[0.3, -0.2, 0.5]]), np.array([[1.0, -2.0, -9.0]])
+    model = error_model(expected_errors(Imu(grade="mems-tactical")).sigma, imu=tuple(INERTIAL))
+    gyro, accel = (reading_error(model, of, u, force)[0] for of, u in (("gyro", rate), ("accelerometer", force)))
+    at = model.slices
+    np.testing.assert_allclose(gyro[:, at["gyro g-sensitivity"]][1], [0, 0, 0, 1, -2, -9, 0, 0, 0])
+    np.testing.assert_allclose(gyro[:, at["gyro quadratic"]], np.diag([0.09, 0.04, 0.25]))
+    np.testing.assert_allclose(gyro[:, at["gyro cubic"]], np.diag([0.027, -0.008, 0.125]))
+    np.testing.assert_allclose(gyro[:, at["gyro asymmetry"]], np.diag([0.15, 0.1, 0.25]))
+    np.testing.assert_allclose(accel[:, at["accelerometer cross-axis"]][2], [0, 0, 0, 0, -9.0, 18.0])
+    assert not gyro[:, at["accelerometer quadratic"]].any()
+    for term in TERMS:
+        if (name := block_of_term(term)) in INERTIAL:
+            value = term.shaped(np.arange(1.0, term.size + 1.0))
+            assert values_of(term, value).tolist() == list(range(1, term.size + 1))
+            u = rate if term.triad == "gyro" else force
+            effect = reading_error(model, name.split()[0], u, force)[0][:, at[name]] @ values_of(term, value)
+            np.testing.assert_allclose(effect, np.broadcast_to(term.effect(value, u, force), (1, 3))[0])
+
+
+def test_such_an_error_is_a_state_by_default() -> None:
+    scenario = load_scenario("mems_uav", ["imu.gyro_g_sensitivity_sigma_deg_h_per_g=100"])
+    assert "gyro g-sensitivity" in states(scenario)
+    assert any(line.split()[:4] == ["gyro", "g-sensitivity", "a", "state"] for line in choice(scenario))
+    assert "gyro g-sensitivity" not in states(load_scenario("mems_uav"))
