@@ -52,7 +52,8 @@ def quick_envelope(
     """Compute the envelope of an aircraft as `trimmed_envelope`, in a fifth of its time, without trims that fail.
 
     The angle of full or idle throttle is extrapolated from those that need less, and the ends of level flight are known
-    to an eighth of the distance between the airspeeds. `report` is called with the fraction done.
+    to an eighth of the distance between the airspeeds. A height at which JSBSim trims nothing is left out if two others
+    remain. `report` is called with the fraction done.
     """
     with quiet(), TrimmedModel(aircraft, steepest_deg) as model:
         ends, climbs, descents = [], list[list[float | None]](), list[list[float | None]]()
@@ -62,6 +63,10 @@ def quick_envelope(
             climbs.append([model.quick_steepest(height, speed, 1.0) for speed in speeds])
             report((number + 0.5) / len(heights))
             descents.append([model.quick_steepest(height, speed, -1.0) for speed in speeds])
+    flown = [n for n, row in enumerate(climbs) if any(value is not None for value in row)]
+    if len(flown) >= 2:  # a trim does not see that there is flight below and above
+        heights, ends = [heights[n] for n in flown], [ends[n] for n in flown]
+        climbs, descents = [climbs[n] for n in flown], [descents[n] for n in flown]
     return Envelope(
         height_m=tuple(heights),
         min_kt=tuple(slow for slow, _ in ends),

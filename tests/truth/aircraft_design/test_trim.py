@@ -126,6 +126,33 @@ def test_the_table_has_heights_in_rows_and_fills_what_cannot_be_trimmed(monkeypa
         trimmed_envelope._filled([[1.0], [None]], [500.0, 1500.0])
 
 
+def test_a_height_without_any_trim_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """JSBSim finds no trim of the Boeing 314 at sea level, but at 1500 m and above."""
+
+    class Known(trimmed_envelope.TrimmedModel):
+        def __init__(self, name: str, steepest_deg: float) -> None: ...
+        def __enter__(self) -> Self:
+            return self
+
+        def __exit__(self, *error: object) -> None: ...
+
+        def quick_ends(self, height: float, speeds: list[float]) -> tuple[float, float]:
+            return 100.0 + height / 100.0, 150.0
+
+        def quick_steepest(self, height: float, speed_kt: float, sign: float) -> float | None:
+            return None if height in missing else height / 1000.0 + sign
+
+    monkeypatch.setattr(trimmed_envelope, "TrimmedModel", Known)
+    missing = {0.0}
+    envelope = trimmed_envelope.quick_envelope("boat", [0.0, 1500.0, 3000.0], [90.0, 140.0], 20.0, lambda part: None)
+    assert (envelope.height_m, envelope.min_kt) == ((1500.0, 3000.0), (115.0, 130.0))
+    assert envelope.climb_mps == ((2.5, 2.5), (4.0, 4.0))
+    assert envelope.descent_mps == ((0.5, 0.5), (2.0, 2.0))
+    missing = {0.0, 3000.0}
+    with pytest.raises(InputError, match=r"cannot be trimmed at 0 m: give lower heights\."):
+        trimmed_envelope.quick_envelope("boat", [0.0, 1500.0, 3000.0], [90.0, 140.0], 20.0, lambda part: None)
+
+
 def test_the_quick_envelope_follows_the_throttle_to_its_ends() -> None:
     """The throttle is 0.5 + γ/20°: full at 10°, idle at −10°; another is full at 8° but fails to trim beyond 5°."""
     asked = list[float]()
