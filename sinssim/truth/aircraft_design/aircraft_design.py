@@ -33,6 +33,7 @@ _FACTORS = (1.15, 1.25, 1.4, 1.6, 1.8, 2.0, 2.3, 2.7, 3.2, 4.0)  # airspeeds tha
 _RANGE = 1.15  # least ratio of the fastest to the slowest level flight
 _RESPONSES = ((LATERAL, 10.0), (VERTICAL, 12.0))  # and their time [s]: two short periods of a slow aircraft
 _MISFIT = 0.2  # of a linear model that is used
+_LEAST_THRUST = 0.03  # over the weight: a glide ratio of 33, which no aircraft with engines has
 _PACES = (1.0, 0.6, 0.35)  # of the loops, over the fastest with the margins: what is tried until the flight is accepted
 _STEEPEST = 30.0  # climb and descent that are looked for before the thrust is known, degrees
 _ENVELOPE_TIME = 60.0  # [s]
@@ -162,6 +163,9 @@ class _Design:
                 self._trim_time = (time.process_time() - begun) / len(tried)
                 if flown and max(flown) >= _RANGE * min(flown):
                     return height, flown
+            thrust = max(0.0, model.full_thrust(_HEIGHTS[-1], tried[len(tried) // 2]))  # 0 of no number, too
+        if thrust < _LEAST_THRUST:
+            raise InputError(f"its engines give only {100.0 * thrust:.1f} % of its weight as thrust at full throttle")
         raise InputError(
             f"JSBSim trims no level flight between {tried[0]:.0f} and {tried[-1]:.0f} kt at heights of "
             f"{_HEIGHTS[-1]:.0f} to {_HEIGHTS[0]:.0f} m with its engines running"

@@ -17,7 +17,7 @@ from sinssim.system.files import Draft
 from sinssim.truth.flight.aircraft import Envelope, load_aircraft
 from sinssim.truth.flight.atmosphere import Air
 from sinssim.truth.flight.autopilot import G
-from sinssim.truth.flight.jsbsim_model import loaded_model, quiet, widen_trim
+from sinssim.truth.flight.jsbsim_model import STEP, loaded_model, quiet, widen_trim
 from sinssim.units import DEG, FOOT, KNOT
 
 _ROUNDS = 9  # bisections: 30° to 0.06°
@@ -119,10 +119,7 @@ class TrimmedModel:
         import jsbsim
 
         e = self._executive
-        e["gear/gear-cmd-norm"] = e["gear/gear-pos-norm"] = self._gear
-        e["ic/lat-geod-deg"], e["ic/long-gc-deg"], e["ic/psi-true-deg"] = 45.0, 0.0, 0.0
-        e["ic/terrain-elevation-ft"] = (height - _ABOVE_GROUND) / FOOT
-        e["ic/h-sl-ft"], e["ic/vc-kts"], e["ic/gamma-deg"] = height / FOOT, speed_kt, angle_deg
+        self._place(height, speed_kt, angle_deg)
         try:
             e.run_ic()
             e["propulsion/set-running"] = -1
@@ -136,6 +133,27 @@ class TrimmedModel:
             self._load()
             return False
         return trimmed
+
+    def _place(self, height: float, speed_kt: float, angle_deg: float) -> None:
+        """Set the initial conditions of steady flight."""
+        e = self._executive
+        e["gear/gear-cmd-norm"] = e["gear/gear-pos-norm"] = self._gear
+        e["ic/lat-geod-deg"], e["ic/long-gc-deg"], e["ic/psi-true-deg"] = 45.0, 0.0, 0.0
+        e["ic/terrain-elevation-ft"] = (height - _ABOVE_GROUND) / FOOT
+        e["ic/h-sl-ft"], e["ic/vc-kts"], e["ic/gamma-deg"] = height / FOOT, speed_kt, angle_deg
+
+    def full_thrust(self, height: float, speed_kt: float) -> float:
+        """Return the thrust of all engines after ten seconds at full throttle, over the weight."""
+        e = self._executive
+        self._place(height, speed_kt, 0.0)
+        e.run_ic()
+        e["propulsion/set-running"] = -1
+        engines = range(e.get_propulsion().get_num_engines())
+        for engine in engines:
+            e[f"fcs/throttle-cmd-norm[{engine}]"] = 1.0
+        for _ in range(round(10.0 / STEP)):
+            e.run()
+        return float(sum(e[f"propulsion/engine[{i}]/thrust-lbs"] for i in engines) / e["inertia/weight-lbs"])
 
     def steepest(self, height: float, speed_kt: float, sign: float) -> float | None:
         """Return the largest vertical speed up (sign 1) or down (−1), m/s, positive in that direction.

@@ -10,7 +10,9 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.truth.aircraft_design import trimmed_envelope
+from sinssim.truth.aircraft_design.aircraft_design import design_aircraft
 from sinssim.truth.flight.atmosphere import Air
+from sinssim.truth.flight.jsbsim_model import quiet
 
 
 class Executive(dict[str, float]):
@@ -181,3 +183,13 @@ def test_the_quick_ends_are_known_to_an_eighth_of_a_gap() -> None:
     assert (slow, fast) == (95.0, 220.0)  # of steps of 2.5 and 5 kt
     assert level.quick_ends(3000.0, [100.0, 200.0]) == (100.0, 200.0)
     assert level.quick_ends(3000.0, [10.0, 20.0]) == (0.0, 0.0)
+
+
+def test_full_thrust_is_that_of_the_engine_power() -> None:
+    """160 hp through a propeller of 50 to 90 % at 90 kt; the P-51's throttle moves nothing in JSBSim alone."""
+    with quiet(), trimmed_envelope.TrimmedModel("c172x", 30.0) as cessna:
+        thrust = cessna.full_thrust(600.0, 90.0) * cessna._executive["inertia/weight-lbs"] * 4.448
+    speed = Air().true_airspeed(90.0 * 1852.0 / 3600.0, 600.0)
+    assert 0.5 < thrust * speed / (160.0 * 745.7) < 0.9
+    with pytest.raises(InputError, match=r"p51d cannot be flown: its engines give only 0\.0 % of its weight as thrust"):
+        design_aircraft("p51d", None, lambda text, part: None)
