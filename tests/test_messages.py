@@ -23,7 +23,7 @@ from sinssim.analyses.noise.noise_report import Samples, _of_scenario, chosen_ch
 from sinssim.arguments import check_increasing, checked_initial, numbers
 from sinssim.cli.commands.analyses import _check_out
 from sinssim.content import package_content
-from sinssim.data import ImuData, Measurements, NavState
+from sinssim.data import ImuData, NavState
 from sinssim.errors import InputError
 from sinssim.estimation.state_model import Block
 from sinssim.experiments import experiment_directory
@@ -45,7 +45,6 @@ from sinssim.recording.rerun.viewer import _is_timed
 from sinssim.scenario import load_scenario
 from sinssim.scenario.load import parse_value
 from sinssim.scenario.true_motion import fly
-from sinssim.sensors.aiding.gnss import with_quality
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu_errors import _check_triad
 from sinssim.sensors.imu.laser_gyro import detuning, path_change
@@ -65,7 +64,6 @@ from sinssim.truth.motions.turntable import Dwell, RotationTable, Turn
 from sinssim.truth.motions.vibration import Mount
 
 NONE: Any = None
-FIXES = Measurements("gnss-position", np.zeros(2), np.zeros(2), np.ones((2, 3)), np.ones((2, 3)))
 KNOTS = np.arange(9.0), np.outer(np.arange(9.0), [7e6, 1.0, 1.0]), np.tile([1.0, 0.0, 0.0, 0.0], (9, 1))
 
 PRODUCTS = len(list((package_content("scenarios") / "grades").glob("*.toml")))
@@ -93,8 +91,6 @@ MESSAGES: list[tuple[Callable[[Path], Any], str]] = [
      "and its description with --columns."),
     (lambda at: Mount(25.0, -0.5),
      "a mount of 25.0 Hz with a damping of -0.5: both must be positive and finite."),
-    (lambda at: with_quality(FIXES, [2, 5], {2: 1.0, 5: -3.0}),
-     "factor of quality 5 = -3.0 must be one finite number of at least 0."),
     (lambda at: scale(4.903325),
      "imu.csv: the specific force is 4.903 m/s² (median), but at rest and in any usual motion it is about 9.807: a "
      "factor of 0.5. Check accel.unit and kind (rates, or increments over 0.1 s), or set "

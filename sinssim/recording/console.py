@@ -1,10 +1,9 @@
-"""Exhibits on the console, and tables as plain text."""
+"""Exhibits on the console."""
 
 from __future__ import annotations
 
-import io
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
@@ -110,13 +109,3 @@ def table_of(table: Table) -> rich_table.Table:
     for row in rows:
         drawn.add_row(*(Text(_bare(cell)) for cell in row))
     return drawn
-
-
-_WIDTH = 120
-
-
-def plain_text(show: Callable[[Console], None]) -> str:
-    """Return the text that a table prints: lines of at most 120 characters."""
-    text = io.StringIO()
-    show(Console(file=text, width=_WIDTH, highlight=False))
-    return text.getvalue()

@@ -27,6 +27,13 @@ def printed(show: Callable[[Console], None], width: int = 400) -> list[str]:
     return [line for line in lines if line.strip("━─═┏┓┗┛┡┩└┘├┤╇┼┴┬┳ ")]
 
 
+def plain_text(show: Callable[[Console], None]) -> str:
+    """Return the text that a table prints: lines of at most 120 characters."""
+    text = io.StringIO()
+    show(Console(file=text, width=120, highlight=False))
+    return text.getvalue()
+
+
 SOURCES = (
     Source("accel_bias", "bias", "accelerometers", "random", 45.0, "µg"),
     Source("gyro_bias", "bias", "gyros", "one run", 0.0123, "deg/h"),

@@ -7,9 +7,9 @@ from pathlib import Path
 from sinssim.experiments.studies.trade_exhibits import exhibits_of
 from sinssim.experiments.studies.trade_result import TradeResult
 from sinssim.experiments.studies.trade_run import TradeMedia
-from sinssim.recording.console import plain_text, show
+from sinssim.recording.console import show
 from tests.experiments.studies.trades_by_hand import ASK, OTHER, RISING, UNITS, made, without
-from tests.recording.by_hand import printed
+from tests.recording.by_hand import plain_text, printed
 
 
 def test_grids_cells_and_requirements(tmp_path: Path) -> None:

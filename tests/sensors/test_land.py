@@ -1,13 +1,13 @@
-"""Readings of the constraint, and codes of quality."""
+"""Readings of the constraint, and the first course."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from sinssim.data import ImuData, Measurements
+from sinssim.data import ImuData
 from sinssim.errors import InputError
-from sinssim.sensors.aiding.gnss import first_course, with_quality
+from sinssim.sensors.aiding.gnss import first_course
 from sinssim.sensors.aiding.land_vehicle import land_velocity
 
 
@@ -32,19 +32,6 @@ def test_no_reading_where_tyres_slide() -> None:
     assert not ((slid.time > 11.0) & (slid.time < 19.0)).any()
     with pytest.raises(InputError, match=r"sigma has the shape \(3,\)"):
         land_velocity(imu, sigma=(0.1, 0.1, 0.1))
-
-
-def test_codes_of_quality() -> None:
-    time = np.arange(4.0)
-    fixes = Measurements("gnss-position", time, time + 0.25, np.arange(12.0).reshape(4, 3), np.full((4, 3), 0.01))
-    found = with_quality(fixes, [1, 2, 1, 5], {1: 1.0, 2: 10.0, 5: None}, least=(0.02, 0.02, 0.03))
-    np.testing.assert_array_equal((found.time, found.arrival), [[0.0, 1.0, 2.0], [0.25, 1.25, 2.25]])
-    np.testing.assert_array_equal(found.value, np.arange(9.0).reshape(3, 3))
-    np.testing.assert_array_equal(found.sigma, [[0.02, 0.02, 0.03], [0.1, 0.1, 0.1], [0.02, 0.02, 0.03]])
-    with pytest.raises(InputError, match=r"the code 7 has no factor; there are factors for \[1, 2, 3, 4, 5, 6\]\."):
-        with_quality(fixes, [1, 9, 8, 7])
-    with pytest.raises(InputError, match="4 fixes need one code each"):
-        with_quality(fixes, [1, 2])
 
 
 def test_the_first_course_and_its_uncertainty() -> None:

@@ -26,9 +26,7 @@ from numpy.typing import NDArray
 
 from sinssim import earth, rotation
 from sinssim.analyses.error_budget.error_dynamics import TrueMotion, exponential
-from sinssim.analyses.error_budget.error_sources import (
-    SensorAngle,
-)
+from sinssim.analyses.error_budget.error_sources import SensorAngle
 from sinssim.analyses.error_budget.share_propagation import Propagation, Reading
 from sinssim.analyses.error_budget.source_effects import (
     Marks,

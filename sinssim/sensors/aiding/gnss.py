@@ -1,22 +1,18 @@
-"""Satellite receivers: position and velocity, their quality column, the course of the first motion, and the heading
-of the line between two antennas.
+"""Satellite receivers: position and velocity, the course of the first motion, and the heading of the line between two
+antennas.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterator
 from typing import Annotated, ClassVar, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
 from pydantic import Field, field_validator, model_validator
 
 from sinssim import earth, rotation
-from sinssim.arguments import number
-from sinssim.data import Array, Measurements, NavState
-from sinssim.errors import InputError
+from sinssim.data import Array, NavState
 from sinssim.sensors.aiding_sensor import (
     AidingReadings,
     AidingSensor,
@@ -280,41 +276,6 @@ def _velocity(trajectory: Trajectory, time: Array, late: float, arm: LeverArm, a
     place = [earth.geodetic_to_ecef(s.latitude, s.longitude, s.height, trajectory.ellipsoid) for s in (begin, end)]
     q_ne = rotation.conjugate(earth.q_en(end.latitude, end.longitude))
     return rotation.rotate(q_ne, place[1] - place[0]) / averaging, inside & also
-
-
-RTKLIB_FACTORS: dict[int, float | None] = {1: 1.0, 2: 10.0, 3: 1.0, 4: 1.0, 5: 1.0, 6: 1.0}
-"""By RTKLIB's codes: fixed, float, augmented, differential, single, precise point. A float solution claims centimetres
-while its ambiguities are decimetres off; the 1σ of the others are those of code ranges."""
-
-
-def with_quality(
-    measurements: Measurements,
-    quality: ArrayLike,
-    factors: Mapping[int, float | None] = RTKLIB_FACTORS,
-    least: ArrayLike = 0.0,
-) -> Measurements:
-    """Return fixes whose 1σ follow their codes of quality, (M,) whole numbers, by the factor of each code; None leaves
-    the fixes of a code out. `least` is the least 1σ after that, one number or one for each component, for what no
-    receiver knows, such as the phase centre of its antenna and the resolution of its output."""
-    codes = np.asarray(quality)
-    if codes.shape != (len(measurements),):
-        raise InputError(f"quality has the shape {codes.shape}; {len(measurements)} fixes need one code each.")
-    present = [int(code) for code in np.unique(codes)]
-    unknown = [code for code in present if code not in factors]
-    if unknown:
-        raise InputError(
-            f"quality: the code {unknown[0]} has no factor; there are factors for {sorted(factors)}. Give one, or None "
-            "to leave such fixes out."
-        )
-    scale = np.zeros(len(codes))
-    for code in present:
-        factor = factors[code]
-        scale[codes == code] = 0.0 if factor is None else number(f"factor of quality {code}", factor, low=0.0)
-    kept, m = scale > 0.0, measurements
-    sigma = np.maximum(m.sigma[kept] * scale[kept, None], np.asarray(least, dtype=np.float64))
-    correlation = None if m.correlation is None else m.correlation[kept]
-    m = replace(m, correlation=correlation, sigma=sigma)
-    return replace(m, time=m.time[kept], arrival=m.arrival[kept], value=m.value[kept])
 
 
 USUAL = 3.0

@@ -8,13 +8,7 @@ the turns of body and frame cancel in it, and rounding does not add up to a drif
 from __future__ import annotations
 
 from sinssim.jit import inline
-from sinssim.rotation.quaternions import (
-    Matrix,
-    Quaternion,
-    dcm_from_quaternion_k,
-    half_angle_change_k,
-    multiply_k,
-)
+from sinssim.rotation.quaternions import Matrix, Quaternion, dcm_from_quaternion_k, half_angle_change_k, multiply_k
 from sinssim.strapdown.coning_sculling import BodyTurn, FrameTurn
 
 Attitude = Quaternion

@@ -11,9 +11,10 @@ import pytest
 import sinssim
 from sinssim.analyses.error_budget.budget_exhibits import exhibits_of, lines_of, to_json
 from sinssim.experiments.studies.trade_cells import cells_of
-from sinssim.recording.console import plain_text, show
+from sinssim.recording.console import show
 from sinssim.recording.page import page_of
 from tests.experiments.studies.trade_examples import AIDED, study
+from tests.recording.by_hand import plain_text
 
 OUTAGE = AIDED
 for _before, _after in (

@@ -6,9 +6,10 @@ import re
 from pathlib import Path
 
 from sinssim.experiments.studies.trade_exhibits import exhibits_of
-from sinssim.recording.console import plain_text, show
+from sinssim.recording.console import show
 from tests.experiments.studies.test_trade_figure import made
 from tests.experiments.studies.trade_examples import ACCEL, AXES, BIAS
+from tests.recording.by_hand import plain_text
 
 
 def test_grid_cells_and_requirements(tmp_path: Path) -> None:
