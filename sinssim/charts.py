@@ -257,21 +257,16 @@ class Limit:
 
 @dataclass(frozen=True, kw_only=True)
 class Remark:
-    """Words beside a point.
+    """Words beside a point."""
 
-    Attributes:
-        x, y: the point, SI.
-        text: the words.
-        left, below: whether they are to the left of it, and below it, instead of to the right and above.
-        soft: whether they are small and pale.
-    """
-
+    # x, y: the point, SI
     x: float
     y: float
-    text: str
+    text: str  # the words
+    # left, below: whether they are to the left of it, and below it, instead of to the right and above
     left: bool = False
     below: bool = False
-    soft: bool = False
+    soft: bool = False  # whether they are small and pale
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -59,18 +59,13 @@ class RowLayout(Protocol):
 
 @dataclass(frozen=True)
 class CutRows:
-    """The rows of a file that were cut short.
+    """The rows of a file that were cut short."""
 
-    Attributes:
-        end: length of the file without a cut last row, bytes.
-        first, last: line of a cut first and last row, from 1; None if it is whole.
-        notes: a sentence on each.
-    """
-
-    end: int
+    end: int  # length of the file without a cut last row, bytes
+    # first, last: line of a cut first and last row, from 1; None if it is whole
     first: int | None = None
     last: int | None = None
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # a sentence on each
 
 
 def split(line: str, delimiter: str) -> list[str]:

@@ -41,20 +41,16 @@ HeightDatum = Literal["ellipsoid", "mean sea level", "unknown"]
 
 @dataclass(frozen=True)
 class Clock:
-    """The clock of a file's times.
+    """The clock of a file's times."""
 
-    Attributes:
-        kind: "gps" for GPS time; "utc" for UTC, whose leap seconds the reader has removed, so that its times are GPS
-            time, too; "machine" for a clock of the logger, with an unknown offset.
-        origin_gps_s: GPS time of the time 0 of the file's streams, whole seconds since 1980-01-06 00:00:00 GPST; None
-            if it is unknown: seconds of a week or of a day without the week or the day, or since a machine's start. A
-            machine's clock that gives dates has one, as good as that clock.
-        note: one sentence on what the file gives, for example "seconds of the GPS week 2374".
-    """
-
+    # "gps" for GPS time; "utc" for UTC, whose leap seconds the reader has removed, so that its times are GPS time, too;
+    # "machine" for a clock of the logger, with an unknown offset
     kind: ClockKind
+    # GPS time of the time 0 of the file's streams, whole seconds since 1980-01-06 00:00:00 GPST; None if it is unknown:
+    # seconds of a week or of a day without the week or the day, or since a machine's start. A machine's clock that
+    # gives dates has one, as good as that clock.
     origin_gps_s: int | None = None
-    note: str = ""
+    note: str = ""  # one sentence on what the file gives, for example "seconds of the GPS week 2374"
 
 
 @dataclass(frozen=True)
@@ -83,36 +79,23 @@ NO_FIX = ("no fix", "none")
 
 @dataclass(frozen=True)
 class FixStream:
-    """Fixes of a satellite receiver, at its antenna. A missing number is NaN.
+    """Fixes of a satellite receiver, at its antenna. A missing number is NaN."""
 
-    Attributes:
-        time: instants of validity as the file states them, (M,) s.
-        latitude, longitude: (M,) rad.
-        height: (M,) m.
-        datum: what the heights refer to.
-        position_sigma: north, east, down, (M, 3) m; None if not given.
-        velocity_ned: (M, 3) m/s; None if not given.
-        velocity_sigma: (M, 3) m/s; None if not given.
-        quality: the receiver's code of quality, (M,); None if not given.
-        quality_words: meaning of each code, for example {1: "fixed", 2: "float"}.
-        heading: of two antennas, (M,) rad; None if not given.
-        heading_sigma: (M,) rad; None if not given.
-        covariance: whole covariance of north, east, down, (M, 3, 3) m²; None if not given.
-    """
-
-    time: Array
+    time: Array  # instants of validity as the file states them, (M,) s
+    # latitude, longitude: (M,) rad
     latitude: Array
     longitude: Array
-    height: Array
-    datum: HeightDatum = "unknown"
-    position_sigma: Array | None = None
-    velocity_ned: Array | None = None
-    velocity_sigma: Array | None = None
-    quality: NDArray[np.int64] | None = None
+    height: Array  # (M,) m
+    datum: HeightDatum = "unknown"  # what the heights refer to
+    position_sigma: Array | None = None  # north, east, down, (M, 3) m; None if not given
+    velocity_ned: Array | None = None  # (M, 3) m/s; None if not given
+    velocity_sigma: Array | None = None  # (M, 3) m/s; None if not given
+    quality: NDArray[np.int64] | None = None  # the receiver's code of quality, (M,); None if not given
+    # meaning of each code, for example {1: "fixed", 2: "float"}
     quality_words: dict[int, str] = field(default_factory=dict)
-    heading: Array | None = None
-    heading_sigma: Array | None = None
-    covariance: Array | None = None
+    heading: Array | None = None  # of two antennas, (M,) rad; None if not given
+    heading_sigma: Array | None = None  # (M,) rad; None if not given
+    covariance: Array | None = None  # whole covariance of north, east, down, (M, 3, 3) m²; None if not given
 
     def __len__(self) -> int:
         return len(self.time)
@@ -133,33 +116,22 @@ class FixStream:
 
 @dataclass(frozen=True)
 class SolutionStream:
-    """A navigation solution of any program: a reference, or a solution to be judged. A missing number is NaN.
+    """A navigation solution of any program: a reference, or a solution to be judged. A missing number is NaN."""
 
-    Attributes:
-        time: (M,) s.
-        latitude, longitude: (M,) rad.
-        height: (M,) m.
-        datum: what the heights refer to.
-        velocity_ned: (M, 3) m/s; None if not given.
-        q_nb: attitude quaternion, scalar first, v_n = C_nb v_b, body forward-right-down, (M, 4); None if not given.
-        position_sigma: north, east, down, (M, 3) m; None if not given.
-        velocity_sigma: (M, 3) m/s; None if not given.
-        attitude_sigma: roll, pitch, heading, (M, 3) rad; None if not given.
-        local_enu: position along east, north, up from an origin that the file does not give, (M, 3) m; then latitude,
-            longitude and height are NaN, and velocity and attitude are in the level of that origin. None
-            for a position on the Earth.
-    """
-
-    time: Array
+    time: Array  # (M,) s
+    # latitude, longitude: (M,) rad
     latitude: Array
     longitude: Array
-    height: Array
-    datum: HeightDatum = "unknown"
-    velocity_ned: Array | None = None
+    height: Array  # (M,) m
+    datum: HeightDatum = "unknown"  # what the heights refer to
+    velocity_ned: Array | None = None  # (M, 3) m/s; None if not given
+    # attitude quaternion, scalar first, v_n = C_nb v_b, body forward-right-down, (M, 4); None if not given
     q_nb: Array | None = None
-    position_sigma: Array | None = None
-    velocity_sigma: Array | None = None
-    attitude_sigma: Array | None = None
+    position_sigma: Array | None = None  # north, east, down, (M, 3) m; None if not given
+    velocity_sigma: Array | None = None  # (M, 3) m/s; None if not given
+    attitude_sigma: Array | None = None  # roll, pitch, heading, (M, 3) rad; None if not given
+    # position along east, north, up from an origin that the file does not give, (M, 3) m; then latitude, longitude and
+    # height are NaN, and velocity and attitude are in the level of that origin. None for a position on the Earth.
     local_enu: Array | None = None
 
     def __len__(self) -> int:

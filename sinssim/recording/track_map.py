@@ -135,16 +135,12 @@ class Track:
 
 @dataclass(frozen=True)
 class Projection:
-    """Azimuthal equidistant about a place.
+    """Azimuthal equidistant about a place."""
 
-    Attributes:
-        latitude, longitude: the place, rad.
-        ellipsoid: reference ellipsoid.
-    """
-
+    # latitude, longitude: the place, rad
     latitude: float
     longitude: float
-    ellipsoid: Ellipsoid
+    ellipsoid: Ellipsoid  # reference ellipsoid
 
     def _axes(self) -> tuple[Array, Array, Array]:
         """East, north and up at the place, in Earth-fixed axes."""

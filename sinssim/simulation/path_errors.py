@@ -64,21 +64,15 @@ class Piece(NamedTuple):
 
 @dataclass(frozen=True)
 class PathErrors:
-    """The errors of a flight by its planned path, once a second.
+    """The errors of a flight by its planned path, once a second."""
 
-    Attributes:
-        time: instants, (K,) s.
-        leg: number of the leg flown, from 0; −1 where none has a planned path, (K,).
-        nse, fte, tse: across, along and above, (K, 3) m; NaN without a planned path, or before the solution begins.
-        planned: latitude and longitude, rad, and height, m, of the planned path beside the true place, (K, 3).
-    """
-
-    time: Array
-    leg: NDArray[np.intp]
+    time: Array  # instants, (K,) s
+    leg: NDArray[np.intp]  # number of the leg flown, from 0; −1 where none has a planned path, (K,)
+    # nse, fte, tse: across, along and above, (K, 3) m; NaN without a planned path, or before the solution begins
     nse: Array
     fte: Array
     tse: Array
-    planned: Array
+    planned: Array  # latitude and longitude, rad, and height, m, of the planned path beside the true place, (K, 3)
 
 
 def planned_pieces(
@@ -320,21 +314,15 @@ def corridor_edges(flight: FlightPlan, pieces: Iterable[Piece]) -> Iterator[tupl
 
 
 class Miss(NamedTuple):
-    """How the true path passes a waypoint, continued straight on from where the navigator has reached it.
+    """How the true path passes a waypoint, continued straight on from where the navigator has reached it."""
 
-    Attributes:
-        number: of the waypoint in the plan, from 1.
-        name: its name, or that of its leg.
-        latitude, longitude: of the waypoint, rad.
-        time: when the navigator has reached it, s.
-        right, to_go: of the waypoint the path is to the right, and it is still ahead, m.
-    """
-
-    number: int
-    name: str
+    number: int  # of the waypoint in the plan, from 1
+    name: str  # its name, or that of its leg
+    # latitude, longitude: of the waypoint, rad
     latitude: float
     longitude: float
-    time: float
+    time: float  # when the navigator has reached it, s
+    # right, to_go: of the waypoint the path is to the right, and it is still ahead, m
     right: float
     to_go: float
 

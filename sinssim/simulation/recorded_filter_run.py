@@ -44,19 +44,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ReferenceMotion:
-    """The motion of the sensor block as a whole reference has it; a `sinssim.Trajectory`, as far as it goes.
+    """The motion of the sensor block as a whole reference has it; a `sinssim.Trajectory`, as far as it goes."""
 
-    Attributes:
-        reference: with position, velocity and attitude.
-        start, end: of the run, s.
-        gravity: name of the gravity model.
-        events, channels: none.
-    """
-
-    reference: Reference
+    reference: Reference  # with position, velocity and attitude
+    # start, end: of the run, s
     start: float
     end: float
-    gravity: str = "normal"
+    gravity: str = "normal"  # name of the gravity model
+    # events, channels: none
     events: tuple[FlightEvent, ...] = ()
     channels: dict[str, Channel] = field(default_factory=dict)
 

@@ -285,22 +285,15 @@ _QUARTER = 900.0
 
 @dataclass(frozen=True)
 class Agreement:
-    """How unit and receiver agree.
+    """How unit and receiver agree."""
 
-    Attributes:
-        offset: of the clocks; None if there is none.
-        stated: the offset that the files state, s; None if they state none.
-        about: the offset near which it was searched, s: the stated one, one with leap seconds, or that of the turns.
-        coarse: the offset by the rates of turn; None if they are not alike.
-        readings: findings on units and axes.
-        gyro, accel: matrices from the stated readings to the right ones, (3, 3).
-    """
-
-    offset: Offset | None
-    stated: float | None
+    offset: Offset | None  # of the clocks; None if there is none
+    stated: float | None  # the offset that the files state, s; None if they state none
+    # the offset near which it was searched, s: the stated one, one with leap seconds, or that of the turns
     about: float | None
-    coarse: Coarse | None
-    readings: tuple[Finding, ...]
+    coarse: Coarse | None  # the offset by the rates of turn; None if they are not alike
+    readings: tuple[Finding, ...]  # findings on units and axes
+    # gyro, accel: matrices from the stated readings to the right ones, (3, 3)
     gyro: Array
     accel: Array
 

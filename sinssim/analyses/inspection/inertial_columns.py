@@ -121,32 +121,25 @@ def no_gravity_words(table: TextTable, three: Three) -> str:
 
 @dataclass(frozen=True)
 class Layout:
-    """A guess of a log's layout.
+    """A guess of a log's layout."""
 
-    Attributes:
-        kind: rates or increments.
-        time: column of the time, from 0.
-        time_unit: one of s, ms, us, ns.
-        gyro, accel: columns x, y, z of the triads, from 0; None for a triad of another file.
-        gyro_unit, accel_unit: units.
-        gyro_unit_sure: whether names or the kind give the unit of the gyros; otherwise fixes have to tell.
-        gyro_signs, accel_signs: signs of the columns.
-        other: path, columns and numbers of the file with the other triad; None if one file has both.
-        gravity: file and layout (as `accel`) of a gravity vector that is added to the accelerometers, which do not
-            contain it; None if they do.
-    """
-
-    kind: Kind
-    time: int
-    time_unit: str
+    kind: Kind  # rates or increments
+    time: int  # column of the time, from 0
+    time_unit: str  # one of s, ms, us, ns
+    # gyro, accel: columns x, y, z of the triads, from 0; None for a triad of another file
     gyro: Three | None
     accel: Three | None
+    # gyro_unit, accel_unit: units
     gyro_unit: str
     accel_unit: str
-    gyro_unit_sure: bool
+    gyro_unit_sure: bool  # whether names or the kind give the unit of the gyros; otherwise fixes have to tell
+    # gyro_signs, accel_signs: signs of the columns
     gyro_signs: Three = (1, 1, 1)
     accel_signs: Three = (1, 1, 1)
+    # path, columns and numbers of the file with the other triad; None if one file has both
     other: tuple[TextTable, Layout] | None = None
+    # file and layout (as `accel`) of a gravity vector that is added to the accelerometers, which do not contain it;
+    # None if they do
     gravity: tuple[TextTable, Layout] | None = None
 
     def columns(self, table: TextTable, name: str) -> tuple[TextTable, Three]:

@@ -56,41 +56,29 @@ _COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 
 @dataclass(frozen=True)
 class TextTable:
-    """The numbers of a text file.
+    """The numbers of a text file."""
 
-    Attributes:
-        path: the file.
-        delimiter: "," ";" a tab, or "whitespace".
-        skip_lines: lines before the line of names, or before the numbers if there is none.
-        names: names of the columns; None without a line of names.
-        values: (N, columns); NaN for fields that are no numbers, or beyond 1e30; dates are seconds since the whole
-            second of the first.
-        decimal: the decimal sign, "." or ",".
-        dates: columns that hold dates or times of day, from 0, with the first one as text.
-        clocks: clock of each such column; None for times of day.
-        comment: what a comment before the numbers says of the columns, or their names and units in a heading that the
-            description cannot name: of several lines, with repeated names, not in UTF-8; None if there is none of that
-            many words.
-        rows: values of columns that select these rows of the file; empty if they are all its rows.
-        kinds: texts of the columns that hold a few different words, from 0, (N,) each.
-        lasts: duration of the fixes that were recorded with it, s; None if it is not known.
-        notes: a sentence on each row that was cut short and is left out.
-        uneven: lines of other rows that are left out, from 1, because they have another number of fields.
-    """
-
-    path: Path
-    delimiter: str
-    skip_lines: int
-    names: tuple[str, ...] | None
+    path: Path  # the file
+    delimiter: str  # "," ";" a tab, or "whitespace"
+    skip_lines: int  # lines before the line of names, or before the numbers if there is none
+    names: tuple[str, ...] | None  # names of the columns; None without a line of names
+    # (N, columns); NaN for fields that are no numbers, or beyond 1e30; dates are seconds since the whole second of the
+    # first
     values: Array
-    decimal: str = "."
+    decimal: str = "."  # the decimal sign, "." or ","
+    # columns that hold dates or times of day, from 0, with the first one as text
     dates: dict[int, str] = field(default_factory=dict)
+    # what a comment before the numbers says of the columns, or their names and units in a heading that the description
+    # cannot name: of several lines, with repeated names, not in UTF-8; None if there is none of that many words
     comment: tuple[str, ...] | None = None
-    clocks: dict[int, Clock | None] = field(default_factory=dict)
+    clocks: dict[int, Clock | None] = field(default_factory=dict)  # clock of each such column; None for times of day
+    # values of columns that select these rows of the file; empty if they are all its rows
     rows: dict[str, str] = field(default_factory=dict)
+    # texts of the columns that hold a few different words, from 0, (N,) each
     kinds: dict[int, NDArray[np.str_]] = field(default_factory=dict)
-    lasts: float | None = None
-    notes: tuple[str, ...] = ()
+    lasts: float | None = None  # duration of the fixes that were recorded with it, s; None if it is not known
+    notes: tuple[str, ...] = ()  # a sentence on each row that was cut short and is left out
+    # lines of other rows that are left out, from 1, because they have another number of fields
     uneven: tuple[int, ...] = ()
 
     @property

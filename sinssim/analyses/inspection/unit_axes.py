@@ -92,14 +92,10 @@ def _others(interval: float, kind: Literal["rates", "increments"]) -> Iterator[t
 
 @dataclass(frozen=True)
 class Reading:
-    """What the readings mean.
+    """What the readings mean."""
 
-    Attributes:
-        findings: the sentences.
-        gyro, accel: matrices from the stated readings to the right ones, (3, 3); None if the stated ones are right.
-    """
-
-    findings: list[Finding]
+    findings: list[Finding]  # the sentences
+    # gyro, accel: matrices from the stated readings to the right ones, (3, 3); None if the stated ones are right
     gyro: Array | None = None
     accel: Array | None = None
 

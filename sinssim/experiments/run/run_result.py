@@ -192,22 +192,15 @@ def _in_words(name: str, summary: Mapping[str, Any], *, with_filter: bool) -> st
 
 @dataclass(frozen=True)
 class DrawnPath:
-    """A line on the map and in the 3D scene of a recording, or points with words.
+    """A line on the map and in the 3D scene of a recording, or points with words."""
 
-    Attributes:
-        name: of its entity.
-        latitude, longitude: (K,) rad; NaN for a gap.
-        height: (K,) m.
-        color: its colour.
-        words: at each of the points; none for a line.
-    """
-
-    name: str
+    name: str  # of its entity
+    # latitude, longitude: (K,) rad; NaN for a gap
     latitude: Array
     longitude: Array
-    height: Array
-    color: str
-    words: tuple[str, ...] = ()
+    height: Array  # (K,) m
+    color: str  # its colour
+    words: tuple[str, ...] = ()  # at each of the points; none for a line
 
     @property
     def named(self) -> list[tuple[str, float, float]]:

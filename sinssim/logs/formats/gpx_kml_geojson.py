@@ -239,20 +239,14 @@ MOST = 20_000
 
 @dataclass(frozen=True)
 class Points:
-    """Points of a path.
+    """Points of a path."""
 
-    Attributes:
-        latitude, longitude: (N,) °, longitude within ±180°.
-        height: above the ellipsoid, (N,) m.
-        dates: UTC, (N,).
-        total: number of samples of the stream.
-    """
-
+    # latitude, longitude: (N,) °, longitude within ±180°
     latitude: Array
     longitude: Array
-    height: Array
-    dates: list[str]
-    total: int
+    height: Array  # above the ellipsoid, (N,) m
+    dates: list[str]  # UTC, (N,)
+    total: int  # number of samples of the stream
 
     @cached_property
     def sentence(self) -> str:

@@ -25,27 +25,18 @@ _MAP_POINTS = 220.0
 
 @dataclass(frozen=True)
 class Scene:
-    """Geometry of the 3D view.
+    """Geometry of the 3D view."""
 
-    Attributes:
-        latitude, longitude, height: start of the flight, rad, rad, m.
-        floor: height drawn as zero, m.
-        height_scale: factor by which heights are exaggerated.
-        size: diagonal of the flight as drawn, m.
-        center: middle of the flight as drawn, (3,) m.
-        side: horizontal direction from which the flight looks longest, (2,).
-        ellipsoid: reference ellipsoid.
-    """
-
+    # latitude, longitude, height: start of the flight, rad, rad, m
     latitude: float
     longitude: float
     height: float
-    floor: float
-    height_scale: int
-    size: float
-    center: Array
-    side: Array
-    ellipsoid: Ellipsoid
+    floor: float  # height drawn as zero, m
+    height_scale: int  # factor by which heights are exaggerated
+    size: float  # diagonal of the flight as drawn, m
+    center: Array  # middle of the flight as drawn, (3,) m
+    side: Array  # horizontal direction from which the flight looks longest, (2,)
+    ellipsoid: Ellipsoid  # reference ellipsoid
 
     @classmethod
     def around(cls, truth: NavState, ellipsoid: Ellipsoid = WGS84) -> Scene:

@@ -114,14 +114,10 @@ PhasesEntry = dict[str, list[PhaseNumbers]]
 
 @dataclass(frozen=True)
 class Phase:
-    """A part of a mission.
+    """A part of a mission."""
 
-    Attributes:
-        name: "alignment", "standstill", "taxi", "take-off", "flight", "landing" and so on.
-        start, end: instants, s.
-    """
-
-    name: str
+    name: str  # "alignment", "standstill", "taxi", "take-off", "flight", "landing" and so on
+    # start, end: instants, s
     start: float
     end: float
 
