@@ -196,18 +196,24 @@ def _times(ratio: float) -> str:
 
 def hints(scenario: Scenario) -> Iterator[str]:
     """Explain an inconsistent filter by states that it lacks."""
-    given, every = states(scenario), weights(scenario)
     yield from _about_gravity(scenario)
     yield from _about_turning(scenario)
-    missing = [w for w in every if w.needed and w.block not in given and w.block != GRAVITY]
+    missing = list(_about_missing(scenario))
+    yield from missing or _products(scenario)
+
+
+def _about_missing(scenario: Scenario) -> Iterator[str]:
+    """Report errors of the sensors that matter and have no state."""
+    if scenario.filter is None or scenario.filter.states is None:
+        return
+    given = states(scenario)
+    missing = [w for w in weights(scenario) if w.needed and w.block not in given and w.block != GRAVITY]
     if missing:
         which = ", ".join(f"{w.block} ({_times(w.ratio)} times the noise over the run)" for w in missing)
         yield (
             f"filter.states lacks errors of the sensors that matter on this motion: {which}. Add them, or "
             "omit filter.states; they are then chosen automatically."
         )
-    else:
-        yield from _products(scenario)
 
 
 def _about_gravity(scenario: Scenario) -> Iterator[str]:
@@ -226,6 +232,7 @@ def notes(scenario: Scenario) -> Iterator[str]:
     if scenario.filter is not None:
         yield from _about_gravity(scenario)
         yield from _about_turning(scenario)
+        yield from _about_missing(scenario)
     section, parked = scenario.filter, scenario.parked
     if section is None or section.alignment_s is None or section.alignment != "at-rest" or parked is None:
         return

@@ -166,8 +166,9 @@ class NavigationSection(Section):
     )
     vertical: Vertical = Field(
         default="free",
-        description=f"height channel: {', '.join(VERTICALS)}; default: baro-loop for [flight], [great_circle], [track] "
-        "and scenarios with [aiding.baro], else free. The loop uses [aiding.baro], or the true height without it",
+        description=f"height channel: {', '.join(VERTICALS)}; default: baro-loop for [flight], [great_circle], "
+        "[track], [drive], [voyage] and scenarios with [aiding.baro], else free. The loop uses [aiding.baro], or the "
+        "true height without it",
     )
     baro_time_constant_s: BaroTimeConstant = Field(
         default=BARO_TIME_CONSTANT,

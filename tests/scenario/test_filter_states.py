@@ -202,3 +202,14 @@ def test_a_block_that_turns_far_between_predictions_is_reported() -> None:
     assert told.endswith(f"Set filter.rate_hz = {10 * int(np.ceil(least / 10.0))} or more.")
     assert least < 40.0
     assert told in list(hints(given))
+
+
+def test_errors_without_a_state_are_reported() -> None:
+    """Each error that matters and is not named, with its ratio; none for the states by default."""
+    given = ["imu.gyro_g_sensitivity_sigma_deg_h_per_g=100", 'filter.states=["gyro bias", "accelerometer bias"]']
+    scenario = load_scenario("mems_uav", given)
+    (told,) = notes(scenario)
+    assert told.startswith("filter.states lacks errors of the sensors that matter on this motion: gyro scale (")
+    assert "gyro g-sensitivity (" in told
+    assert told in list(hints(scenario))
+    assert not list(notes(load_scenario("mems_uav", given[:1])))

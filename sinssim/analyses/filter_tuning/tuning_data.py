@@ -260,6 +260,8 @@ def starts_of(data: TuningData, keys: Sequence[str]) -> dict[str, float]:
         key, given, value = (part.strip() for part in text.partition("="))
         if key in start or key in {installed_part(of)[0] for of in start}:
             raise InputError(f"{key} is given twice; give each key once.")
+        if key not in INSTALLED and (whole := installed_part(key)[0]):
+            raise InputError(f"{key} is a value of {whole}, which is tuned as a whole: give --key {whole}.")
         if key in INSTALLED:
             start |= dict(
                 _installed_start(data, key, _numbers(text, value) if given else installed_values(data.scenario, key))

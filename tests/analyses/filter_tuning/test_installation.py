@@ -80,6 +80,7 @@ def test_bad_input(tmp_path: Path) -> None:
     for keys, settings, message in (
         (["imu.mounting_deg"], (), r"shows in the constraint of a land vehicle: add \[aiding.land_vehicle\]"),
         (["log.gnss.lever_arm_m=[1, 2]"], (), "begins with 2 numbers; it has 3"),
+        (["log.gnss.lever_arm_m.2"], (), "is tuned as a whole: give --key log.gnss.lever_arm_m"),
         (["log.gnss.lever_arm_m=x"], (), "the value to begin with must be a number"),
         (["log.gnss.time_offset_s", "log.gnss.time_offset_s=1"], (), "is given twice"),
         (["log.gnss.lever_arm_m"], ("log.gnss.lever_arm_sigma_m=1",), "remove log.gnss.lever_arm_sigma_m to tune it"),
