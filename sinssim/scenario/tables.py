@@ -45,6 +45,7 @@ from sinssim.toml_section import ExperimentFile, Moment, Section, known_name, on
 from sinssim.truth.flight.flight import Flight
 from sinssim.truth.motion import TrueEarth, TrueGravity
 from sinssim.truth.motions.analytic import ClosedFormMotion
+from sinssim.truth.motions.balloon import BalloonMotion
 from sinssim.truth.motions.coning_and_rocking import ConingMotion, ScullingMotion, SpinConeMotion, SpinRockMotion
 from sinssim.truth.motions.multirotor import MultirotorMotion
 from sinssim.truth.motions.parked_and_great_circle import GreatCircleFlight, ParkedVehicle
@@ -104,7 +105,8 @@ AnyClosedForm = Annotated[
     | SpinRockMotion
     | RotationTableMotion
     | WalkMotion
-    | MultirotorMotion,
+    | MultirotorMotion
+    | BalloonMotion,
     Field(discriminator="type"),
 ]
 """The table [motion], by its key `type`."""

@@ -303,7 +303,7 @@ def aircraft(
         _add(model, folder, out or Path("aircraft") / model, quiet=quiet, as_json=as_json)
         return
     from sinssim.recording.console import show_items
-    from sinssim.truth.aircraft_design.acceptance_exhibits import acceptance_items, acceptance_numbers
+    from sinssim.truth.aircraft_design.acceptance_flight import acceptance_items, acceptance_numbers
     from sinssim.truth.aircraft_design.design_process import acceptance_apart
 
     height, errors = acceptance_apart(model)
@@ -330,7 +330,7 @@ def _add(model: str, folder: Path | None, out: Path, *, quiet: bool, as_json: bo
     """Design an aircraft and write its folder."""
     from sinssim.progress import shown
     from sinssim.recording.console import show_items
-    from sinssim.truth.aircraft_design.acceptance_exhibits import acceptance_items, acceptance_numbers
+    from sinssim.truth.aircraft_design.acceptance_flight import acceptance_items, acceptance_numbers
     from sinssim.truth.aircraft_design.aircraft_file import check_place, write_aircraft
     from sinssim.truth.aircraft_design.design_process import design_apart
     from sinssim.truth.aircraft_design.model_survey import find_model

@@ -19,6 +19,7 @@ from sinssim.recording.rerun.scene import Scene
 from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import RowNumbers, thinned
 from sinssim.recording.track_map import airports_about, coasts_about
+from sinssim.truth.motions.balloon import BalloonMotion
 from sinssim.truth.motions.multirotor import MultirotorMotion
 from sinssim.truth.motions.walk import WalkMotion
 from sinssim.truth.sampling import FlightEvent
@@ -80,6 +81,7 @@ _Surface = tuple[Array, NDArray[np.int64], Array]
 PATHS = {
     "aircraft": "Flight path", "land": "Path of the car", "sea": "Path of the ship", "foot": "Path of the walker",
     "rocket": "Trajectory of the rocket", "multirotor": "Path of the multirotor",
+    "balloon": "Path of the balloon",
     "": "Path of the vehicle",
 }  # fmt: skip
 """Title of the path of each kind of vehicle; "" is a vehicle of unknown kind."""
@@ -96,8 +98,8 @@ def kind_of(scenario: Scenario) -> str:
         return "land"
     if isinstance(scenario.motion, WalkMotion):
         return "foot"
-    if isinstance(scenario.motion, MultirotorMotion):
-        return "multirotor"
+    if isinstance(scenario.motion, MultirotorMotion | BalloonMotion):
+        return scenario.motion.type
     if scenario.rocket is not None:
         return "rocket"
     return "sea" if scenario.voyage is not None else ""
@@ -119,6 +121,7 @@ def vehicle_mesh(kind: str) -> tuple[Array, NDArray[np.uint32], Array]:
         "foot": _shoe,
         "rocket": _rocket,
         "multirotor": _multirotor,
+        "balloon": _balloon,
         "": _block,
     }[kind]()
     first = np.cumsum([0, *(len(s[0]) for s in surfaces[:-1])])
@@ -190,6 +193,14 @@ def _multirotor() -> list[_Surface]:
         )
         rotors += [(vertices + np.array([0.0, y, 0.0]), triangles, shade) for y in (0.28, -0.28)]
     return [_loft(body, 0.9), *rotors]
+
+
+def _balloon() -> list[_Surface]:
+    """Return the payload and a balloon above it, which is nearer than in fact."""
+    rings = [(0.12, 0.03), (-0.05, 0.25), (-0.25, 0.35), (-0.45, 0.35), (-0.65, 0.25), (-0.78, 0.06)]
+    turned = [[(y, -d, x) for x, y, d in _circle(z, radius)] for z, radius in rings]
+    payload = [_rectangle(0.1, 0.07, 0.3, 0.45), _rectangle(-0.1, 0.07, 0.3, 0.45)]
+    return [_loft(turned, 0.9), _loft(payload, 0.6)]
 
 
 def _block() -> list[_Surface]:

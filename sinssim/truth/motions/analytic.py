@@ -134,6 +134,43 @@ class ByQuadrature:
         return integrate_samples(force, np.append(left, right[-1:]), self.fastest, self.breaks, 3)
 
 
+class Leaning(ByQuadrature):
+    """An analytic motion whose body leans so that its downward axis has a given direction.
+
+    With the heading ψ, and the direction (x, y, z) in axes turned by it, roll φ and pitch θ follow from
+
+        (x, y, z)/|(x, y, z)| = (sin θ cos φ, −sin φ, cos θ cos φ)
+    """
+
+    def down(self, t: Array) -> tuple[Array, Array, Array, Array]:
+        """Return the direction in the frame m, of any length, with its derivative, (N, 3) each; heading and its rate,
+        rad and rad/s, (N,)."""
+        raise NotImplementedError
+
+    def _angles(self, t: Array) -> tuple[Array, ...]:
+        """Return roll, pitch, heading and their rates."""
+        of, change, heading, turning = self.down(t)
+        c, s = np.cos(heading), np.sin(heading)
+        x, y, z = c * of[:, 0] + s * of[:, 1], c * of[:, 1] - s * of[:, 0], of[:, 2]
+        x1 = c * change[:, 0] + s * change[:, 1] + turning * y
+        y1, z1 = c * change[:, 1] - s * change[:, 0] - turning * x, change[:, 2]
+        size, upright = np.sqrt(x * x + y * y + z * z), x * x + z * z
+        growth = (x * x1 + y * y1 + z * z1) / size**2
+        rolling = (y * growth - y1) / np.sqrt(upright)
+        return np.arcsin(-y / size), np.arctan2(x, z), heading, rolling, (z * x1 - x * z1) / upright, turning
+
+    def attitude(self, t: Array) -> Array:
+        return rotation.quaternion_from_euler(*self._angles(t)[:3])
+
+    def rate(self, t: Array) -> Array:
+        roll, pitch, _, rolling, pitching, turning = self._angles(t)
+        c, s = np.cos(roll), np.sin(roll)
+        across = turning * np.cos(pitch)
+        return np.stack(
+            [rolling - turning * np.sin(pitch), pitching * c + across * s, across * c - pitching * s], axis=1
+        )
+
+
 def inertial_increments(motion: AnalyticMotion, rate_hz: float, duration: float) -> ImuData:
     """Return a motion's increments in inertial space without gravity, in closed form (the motion, from time 0)."""
     _check_motion(motion)

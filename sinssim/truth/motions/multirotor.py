@@ -33,11 +33,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from sinssim import rotation
 from sinssim.data import Array
 from sinssim.toml_section import A_TURN, Heading, Section
 from sinssim.truth.motion import Mounting, TrueEarth
-from sinssim.truth.motions.analytic import ByQuadrature, ClosedFormMotion, OnEarth
+from sinssim.truth.motions.analytic import ClosedFormMotion, Leaning, OnEarth
 from sinssim.truth.motions.surface_vehicles import s_curve
 from sinssim.truth.sampling import FlightEvent
 from sinssim.truth.trajectory import Trajectory
@@ -157,7 +156,7 @@ class Wind(NamedTuple):
         return both[:2], both[2:]
 
 
-class MultirotorFlight(ByQuadrature):
+class MultirotorFlight(Leaning):
     """The motion along pieces in each of which speed or heading change by S, or neither; see the module's text.
 
     Args:
@@ -235,34 +234,11 @@ class MultirotorFlight(ByQuadrature):
         heading = p[11] + p[12] * s + bend * gone
         return r, velocity, acceleration, jerk, heading, p[12] * slope * moves / lasting + bend * v
 
-    def _angles(self, t: Array) -> tuple[Array, ...]:
-        """Return roll, pitch, heading and their rates."""
+    def down(self, t: Array) -> tuple[Array, Array, Array, Array]:
+        """Return the direction against the push of the rotors; see `Leaning`."""
         _, v, a, jerk, heading, turning, wind, change = self._moves(t)
-        c, s = np.cos(heading), np.sin(heading)
-
-        def ahead(of: Array) -> tuple[Array, Array, Array]:
-            return c * of[:, 0] + s * of[:, 1], c * of[:, 1] - s * of[:, 0], of[:, 2]
-
-        fx, fy, fz = ahead(a + self._drag * (v - wind) - [0.0, 0.0, G0])
-        gx, gy, gz = ahead(jerk + self._drag * (a - change))
-        gx, gy = gx + turning * fy, gy - turning * fx
-        size = np.sqrt(fx * fx + fy * fy + fz * fz)
-        upright = fx * fx + fz * fz
-        roll, pitch = np.arcsin(fy / size), np.arctan2(-fx, -fz)
-        growth = (fx * gx + fy * gy + fz * gz) / size**2
-        rolling = (gy - fy * growth) / np.sqrt(upright)
-        return roll, pitch, heading, rolling, (fz * gx - fx * gz) / upright, turning
-
-    def attitude(self, t: Array) -> Array:
-        return rotation.quaternion_from_euler(*self._angles(t)[:3])
-
-    def rate(self, t: Array) -> Array:
-        roll, pitch, _, rolling, pitching, turning = self._angles(t)
-        c, s = np.cos(roll), np.sin(roll)
-        across = turning * np.cos(pitch)
-        return np.stack(
-            [rolling - turning * np.sin(pitch), pitching * c + across * s, across * c - pitching * s], axis=1
-        )
+        force, growth = a + self._drag * (v - wind) - [0.0, 0.0, G0], jerk + self._drag * (a - change)
+        return -force, -growth, heading, turning
 
     def place(self, t: Array) -> tuple[Array, Array, Array]:
         r, v, a, *_ = self._moves(t)

@@ -8,8 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.truth.aircraft_design.acceptance_exhibits import acceptance_items, acceptance_numbers
-from sinssim.truth.aircraft_design.acceptance_flight import LegErrors, acceptance_plans, errors_of_legs
+from sinssim.truth.aircraft_design.acceptance_flight import (
+    LegErrors,
+    acceptance_items,
+    acceptance_numbers,
+    acceptance_plans,
+    errors_of_legs,
+)
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.flight_log import CHANNELS, FlightRecord
 from sinssim.truth.flight.flight_plan import FlightPlan
