@@ -143,7 +143,6 @@ def test_settings_of_the_study(folder: Path, capsys: pytest.CaptureFixture[str])
         (["mine.toml", "--set", "scenario=standing"], "unknown scenario 'standing'"),
         (["mine.toml", "--require", "r95 < 3"], "no unit follows the number 3"),
         (["mine.toml", "--resume", "--overwrite"], "exclude each other"),
-        (["coning", "--threads", "3"], "belongs to trade studies"),
         (["coning", "--require", "r95 <= 3 m"], "belongs to trade studies"),
         (["gyro_trad"], "Did you mean 'gyro_trade'"),
         (["parked"], "parked is a scenario, not a study; vary its keys with --vary"),
