@@ -20,7 +20,7 @@ from sinssim.analyses.noise.noise_fit import fit_noise
 from sinssim.analyses.noise.noise_report import noise_report
 from sinssim.data import ImuData
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 
 SAMPLES, RATE = 3_600_000, 100.0
 REPEATS = 3

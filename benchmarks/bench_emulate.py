@@ -16,8 +16,8 @@ from sinssim.data import ImuData
 from sinssim.jit import strict_kernel
 from sinssim.sensors import draw
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.error_kernel import STATES, advance, begin, draw_sample, measure, pack
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.emulation_kernel import STATES, advance, begin, draw_sample, measure, pack
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.statistics.random_numbers import key
 
 SAMPLES = 504_000  # 84 min at 100 Hz

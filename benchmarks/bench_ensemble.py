@@ -32,8 +32,8 @@ from sinssim.experiments.ensembles.batch_navigation import navigate_batch
 from sinssim.jit import strict_kernel
 from sinssim.sensors import draw
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.error_kernel import pack
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.emulation_kernel import pack
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.statistics.random_numbers import key
 from sinssim.strapdown.coning_sculling import weight_table
 from sinssim.strapdown.navigate import navigate

@@ -14,7 +14,7 @@ from sinssim.estimation.consistency import consistency
 from sinssim.estimation.estimate import estimate
 from sinssim.sensors import draw
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 
 

@@ -44,7 +44,7 @@ BEYOND = (
     Row(
         "",
         "Baro loop of third order: k₁ = 3/τ, k₂ = 3/τ² + 2g/R, k₃ = 1/τ³",
-        ("strapdown.frames.navigation_problem.loop_gains_k", "strapdown.navigate.navigate"),
+        ("strapdown.frames.vertical_channel.loop_gains_k", "strapdown.navigate.navigate"),
         ("strapdown/frames/test_vertical.py::test_baro_loop_answers_with_its_triple_pole",),
     ),
     Row(
@@ -146,7 +146,7 @@ BEYOND = (
     Row(
         "",
         "Rauch-Tung-Striebel smoother",
-        ("estimation.kalman_filter.smooth",),
+        ("estimation.smoother.smooth",),
         ("estimation/test_smoother.py::test_open_loop_is_filterpys_and_closed_loop_the_same",),
     ),
     Row(
@@ -185,7 +185,7 @@ BEYOND = (
     Row(
         "",
         "Percentile of random runs with its confidence interval from order statistics",
-        ("statistics.circular_error.percentile",),
+        ("statistics.percentiles.percentile",),
         ("statistics/test_order_statistics.py::test_textbook_bands",),
     ),
     Row(

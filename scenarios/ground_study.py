@@ -49,7 +49,7 @@ from sinssim.alignment.determination import solve
 from sinssim.data import ImuData
 from sinssim.recording.figures import save
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.truth.motions.parked_and_great_circle import Parked
 from sinssim.units import ARCMIN, DEG, DEG_H, UG
 

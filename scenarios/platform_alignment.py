@@ -28,7 +28,7 @@ from sinssim.data import Array
 from sinssim.earth import OMEGA_IE
 from sinssim.recording.figures import figure_of, save
 from sinssim.sensors.imu.grades import GRADES
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.strapdown.platform_theory import AlignmentLoops
 from sinssim.units import ARCMIN, DEG, fixed
 

@@ -60,7 +60,7 @@ from sinssim.recording import style
 from sinssim.recording.figures import figure_of, save
 from sinssim.sensors.error_propagation import expect
 from sinssim.sensors.imu.grades import GRADES
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.strapdown.coning_sculling import weight_table
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 from sinssim.units import ARCSEC, DEG, DEG_H, DEG_SQRT_H, UG, fixed

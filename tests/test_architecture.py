@@ -42,7 +42,7 @@ HOMES = {
     "jsbsim": {"truth.flight", "truth.aircraft_design"},
     "filterpy": {"estimation"},
     "typer": {"cli"},
-    "tomllib": {"toml_file", "scenario.load"},
+    "tomllib": {"toml_file", "scenario.load", "scenario.overrides"},
     "rich": {"cli", "recording.console", "progress", "*_table"},
     "matplotlib": {"recording.figures"},
     "pymavlink": {"experiments.run.stream_packets"},

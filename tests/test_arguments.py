@@ -19,7 +19,7 @@ from sinssim.estimation.state_model import Block
 from sinssim.experiments.studies.study_schema import Study
 from sinssim.rotation import quaternions
 from sinssim.sensors import ImuErrors, TriadErrors
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.imu.laser_gyro import LaserGyro
 from sinssim.sensors.sets.single_sensors import cube, emulate_accelerometers, gyro_free_increments
 from sinssim.strapdown.frames import level

@@ -14,7 +14,7 @@ from sinssim.analyses.noise.noise_fit import fit_noise
 from sinssim.data import NavState
 from sinssim.errors import InputError, RunError, printable
 from sinssim.experiments.ensembles import batch_navigation
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets import sensor_readings, single_sensors
 from sinssim.truth.true_gravity_disturbance import Remainder
 

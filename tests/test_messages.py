@@ -43,7 +43,7 @@ from sinssim.logs.recorded_streams import InertialStream, made_increments
 from sinssim.logs.track import track_format
 from sinssim.recording.rerun.viewer import _is_timed
 from sinssim.scenario import load_scenario
-from sinssim.scenario.load import parse_value
+from sinssim.scenario.overrides import parse_value
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu_errors import _check_triad

@@ -24,7 +24,8 @@ from sinssim.strapdown.coning_sculling import BLOCK, empty_turns_k, fill_single_
 from sinssim.strapdown.coning_sculling import fill_fitted_turns as fill_turns
 from sinssim.strapdown.engine_assembly import parts
 from sinssim.strapdown.frames.level import EXACT_EVERY, LevelState, refreshed_k, start_level_k, step_level_k
-from sinssim.strapdown.frames.navigation_problem import HELD, Loop, Models, forces_k
+from sinssim.strapdown.frames.navigation_problem import Models, forces_k
+from sinssim.strapdown.frames.vertical_channel import HELD, Loop
 
 
 @strict_inline

@@ -41,7 +41,7 @@ from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.units import ANGLE_SCALE, ARCMIN, ARCSEC, DEG, DEG_H, capital, fixed, suiting
 
 if TYPE_CHECKING:
-    from sinssim.sensors.imu.imu import Imu
+    from sinssim.sensors.imu.imu_section import Imu
 
 
 @short_repr

@@ -115,7 +115,7 @@ def _align_scenario(
     from sinssim import rotation
     from sinssim.scenario.true_motion import fly
     from sinssim.sensors.imu.emulation import emulate
-    from sinssim.sensors.imu.imu import draw
+    from sinssim.sensors.imu.imu_section import draw
     from sinssim.sensors.imu.size_effect import rectified
 
     scenario = as_scenario(source, settings)
@@ -165,7 +165,7 @@ def _align_log(
     solve: Callable[..., AlignmentResult],
 ) -> AlignmentResult:
     from sinssim.sensors.imu.grades import find_grade
-    from sinssim.sensors.imu.imu import Imu
+    from sinssim.sensors.imu.imu_section import Imu
 
     sensors = None
     if grade is not None:

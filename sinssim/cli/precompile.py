@@ -27,7 +27,7 @@ from sinssim.experiments.studies.study_schema import Study
 from sinssim.experiments.study import load_study
 from sinssim.frames import CURVATURES
 from sinssim.scenario import Scenario, filter_model, load_scenario
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.sensor_readings import draw_true_errors
 from sinssim.sensors.sets.sensor_set import Redundant
 from sinssim.strapdown.mechanization import Mechanization

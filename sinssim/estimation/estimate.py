@@ -31,10 +31,10 @@ from sinssim.errors import InputError, RunError, check_name, shortened
 from sinssim.estimation.error_dynamics import driving_noise
 from sinssim.estimation.filter_loop import Loop
 from sinssim.estimation.filter_result import Estimate, Innovations
-from sinssim.estimation.kalman_filter import contradiction
-from sinssim.estimation.kalman_filter import smooth as smoothed
+from sinssim.estimation.innovation_gate import contradiction
 from sinssim.estimation.linearisation import Surroundings, at, solution_of
 from sinssim.estimation.measurement_epochs import CheckedMeasurements, take_in
+from sinssim.estimation.smoother import smooth as smoothed
 from sinssim.estimation.state_model import ErrorModel
 from sinssim.filters import LINEAR, SHIPPED
 from sinssim.sensors.imu.compensation import MeanGyroRates

@@ -38,7 +38,8 @@ from filterpy.kalman import JulierSigmaPoints, MerweScaledSigmaPoints, unscented
 from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.estimation.kalman_filter import ErrorFilter, Innovation
+from sinssim.estimation.innovation_gate import Innovation
+from sinssim.estimation.kalman_filter import ErrorFilter
 from sinssim.estimation.linearisation import Linearisation, Observed
 from sinssim.sensors.measurement_kind import PHI, R, V, skew
 

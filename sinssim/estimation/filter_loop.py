@@ -21,14 +21,8 @@ from sinssim.errors import InputError, RunError
 from sinssim.estimation.error_dynamics import turn_of_axes
 from sinssim.estimation.filter_kinds import by_group, filter_of
 from sinssim.estimation.filter_result import Divergence, History, corrected
-from sinssim.estimation.kalman_filter import (
-    WITHDRAWN,
-    Branch,
-    Diverged,
-    ErrorFilter,
-    InnovationGate,
-    check_covariance,
-)
+from sinssim.estimation.innovation_gate import WITHDRAWN, InnovationGate
+from sinssim.estimation.kalman_filter import Branch, Diverged, ErrorFilter, check_covariance
 from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise, rows_of, solution_of
 from sinssim.estimation.measurement_epochs import Branches, Epochs
 from sinssim.estimation.state_model import INERTIAL, NAVIGATION, ErrorModel

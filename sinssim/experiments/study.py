@@ -22,7 +22,8 @@ from sinssim.experiments.studies.trade_run import trade
 from sinssim.experiments.studies.trade_schema import MOST_CELLS, TradeStudy
 from sinssim.experiments.workload import LIMIT_MINUTES
 from sinssim.progress import Progress
-from sinssim.scenario.load import Overrides, override, parse_value, resolved_use
+from sinssim.scenario.load import Overrides, resolved_use
+from sinssim.scenario.overrides import override, parse_value
 from sinssim.toml_file import parse_toml, read_toml, validate
 
 Kind = TypeVar("Kind", Study, TradeStudy)

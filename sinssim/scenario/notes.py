@@ -15,7 +15,7 @@ from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.imu.datasheet_units import to_si
 from sinssim.sensors.imu.error_term_table import CORRELATION_TIME, TERMS, of_triad
 from sinssim.sensors.imu.grades import find_grade
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.sensor_set import Platform, Redundant
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.units import PPM

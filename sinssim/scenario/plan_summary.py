@@ -28,7 +28,7 @@ from sinssim.scenario.notes import (
 from sinssim.scenario.planned_limits import check_route, check_times, expected_duration, limit_notes
 from sinssim.scenario.tables import Tables
 from sinssim.sensors.imu.grades import GRADE_TABLE, grade_file, grade_name
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
 from sinssim.system.extensions import Item, source_of
 from sinssim.truth.flight.flight_plan import FlightPlan

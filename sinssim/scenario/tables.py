@@ -37,7 +37,7 @@ from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.scenario.filter_section import AidingSection, FilterSection, FurtherFilter
 from sinssim.scenario.navigation_section import NavigationSection, NavigatorSection
 from sinssim.sensors.imu.compensation import Compensation
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.system.extensions import Item, items_of
 from sinssim.system.registries import register, registered
 from sinssim.toml_file import ONE_OF_SEVERAL

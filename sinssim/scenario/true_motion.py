@@ -11,7 +11,7 @@ from sinssim.arguments import check_kind
 from sinssim.errors import InputError
 from sinssim.scenario.planned_limits import warn_of_limits
 from sinssim.scenario.schema import Scenario
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.truth.flight.guidance import TRUTH, SolutionErrors
 from sinssim.truth.motion import Motion, Mounting
 

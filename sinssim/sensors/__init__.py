@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from sinssim.sensors.imu.emulation import emulate as emulate
     from sinssim.sensors.imu.fields import TriadErrors as TriadErrors
     from sinssim.sensors.imu.grades import GRADES as GRADES
-    from sinssim.sensors.imu.imu import Imu as Imu
-    from sinssim.sensors.imu.imu import draw as draw
     from sinssim.sensors.imu.imu_errors import ImuErrors as ImuErrors
+    from sinssim.sensors.imu.imu_section import Imu as Imu
+    from sinssim.sensors.imu.imu_section import draw as draw
 
 __getattr__, __dir__, __all__ = on_first_use(__name__)

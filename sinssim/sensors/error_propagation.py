@@ -61,7 +61,7 @@ from sinssim.sensors import flicker
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.sensors.imu.grades import find_grade, grade_name
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.units import DEG, DEG_H, G0, NAUTICAL_MILE
 
 Response = Literal["velocity", "tilt", "azimuth"]

@@ -330,7 +330,7 @@ def _with_backward(
 def navigate_beside(scenario: Scenario, trajectory: Trajectory, grade: str, lever_arm: LeverArm) -> NavSolution:
     """Return the solution of another inertial system of the vehicle, started from the true state at its own place."""
     from sinssim.sensors.imu.emulation import emulate
-    from sinssim.sensors.imu.imu import Imu
+    from sinssim.sensors.imu.imu_section import Imu
     from sinssim.strapdown.navigate import navigate
     from sinssim.truth.motions.mounted_block import Vibrating
 

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from sinssim.sensors.sets.sensor_readings import TrueErrors
     from sinssim.simulation.truth_and_sensors import Sensed
     from sinssim.simulation.truth_comparison import Aided
-    from sinssim.strapdown.frames.navigation_problem import HeightReadings
+    from sinssim.strapdown.frames.vertical_channel import HeightReadings
     from sinssim.strapdown.mechanization import Mechanization
     from sinssim.strapdown.navigation_error import NavError
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from sinssim.scenario import Scenario
     from sinssim.sensors.sets.sensor_readings import Readings, TrueErrors
     from sinssim.simulation.recorded_filter_run import Prepared
-    from sinssim.strapdown.frames.navigation_problem import HeightReadings
+    from sinssim.strapdown.frames.vertical_channel import HeightReadings
     from sinssim.truth.flight.guidance import Guided
     from sinssim.truth.trajectory import Trajectory
 
@@ -218,7 +218,7 @@ class Sensed:
         altimeter = None if scenario.aiding is None else scenario.aiding.sensor(Barometer)
         if scenario.navigation.vertical != "baro-loop" or altimeter is None:
             return truth.state.height
-        from sinssim.strapdown.frames.navigation_problem import HeightReadings
+        from sinssim.strapdown.frames.vertical_channel import HeightReadings
 
         readings = altimeter.read(Vehicle(truth.trajectory, scenario.seed))[0].measurements
         if len(readings.time):
@@ -304,7 +304,7 @@ def sense_recorded(scenario: Scenario, motion: RecordedMotion) -> Sensed:
 
 def _heights(prepared: Prepared) -> HeightReadings:
     """Return the recorded readings of a barometer, for the loop of the vertical channel."""
-    from sinssim.strapdown.frames.navigation_problem import HeightReadings
+    from sinssim.strapdown.frames.vertical_channel import HeightReadings
 
     for readings in prepared.log.sensed:
         m = readings.measurements

@@ -35,7 +35,7 @@ from sinssim.charts import Limit
 from sinssim.data import Array
 from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.statistics.chi_square import root_mean_square_band
-from sinssim.statistics.circular_error import percentile
+from sinssim.statistics.percentiles import percentile
 from sinssim.units import ANGLES, LENGTHS, SPEEDS, TIMES, number_text
 
 CIRCLES = ("cep", "r95", "rate")

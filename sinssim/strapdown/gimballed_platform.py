@@ -49,7 +49,17 @@ from sinssim.errors import InputError, RunError
 from sinssim.jit import bind, inline
 from sinssim.rotation.quaternions import Quaternion, Vector, multiply_k, quaternion_from_rotation_vector_k, rotate_k
 from sinssim.rotation.vectors import add, along, cross, mul, simpson, sub
-from sinssim.sensors.imu.error_kernel import FAULTY, LIMITED, STATES, Packed, advance, begin, draw_block, measure, pack
+from sinssim.sensors.imu.emulation_kernel import (
+    FAULTY,
+    LIMITED,
+    STATES,
+    Packed,
+    advance,
+    begin,
+    draw_block,
+    measure,
+    pack,
+)
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.sets.sensor_readings import PlatformErrors, without_errors_of_turns
 from sinssim.statistics.random_numbers import key, normals
@@ -62,17 +72,12 @@ from sinssim.strapdown.frames.azimuth import (
     start_azimuth_k,
     step_azimuth_k,
 )
-from sinssim.strapdown.frames.navigation_problem import (
-    FORMS,
+from sinssim.strapdown.frames.navigation_problem import FORMS, Models, Rows, channel_of, form_of, models_of
+from sinssim.strapdown.frames.vertical_channel import (
     Channel,
     HeightReadings,
-    Models,
-    Rows,
-    channel_of,
-    form_of,
     height_reference,
     loop_gains_k,
-    models_of,
     reference_k,
     start_loop_k,
 )

@@ -24,7 +24,7 @@ from sinssim.rotation.quaternions import (
     rotate_k,
 )
 from sinssim.rotation.vectors import column, keep_column, resolved, sub
-from sinssim.strapdown.frames.navigation_problem import HELD
+from sinssim.strapdown.frames.vertical_channel import HELD
 
 Long = NDArray[np.longdouble]
 

@@ -25,14 +25,12 @@ from sinssim.errors import InputError, RunError
 from sinssim.jit import kernel
 from sinssim.rotation.vectors import add, along
 from sinssim.strapdown.frames.inertial import coordinates_k, settled_k
-from sinssim.strapdown.frames.navigation_problem import (
+from sinssim.strapdown.frames.navigation_problem import Models, channel_of, models_of
+from sinssim.strapdown.frames.vertical_channel import (
     Channel,
     HeightReadings,
-    Models,
-    channel_of,
     height_reference,
     loop_gains_k,
-    models_of,
     reference_k,
     start_loop_k,
 )

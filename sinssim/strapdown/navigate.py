@@ -36,7 +36,8 @@ from sinssim.jit import kernel
 from sinssim.rotation.quaternions import multiply_k, quaternion_from_rotation_vector_k, rotate_k
 from sinssim.strapdown.coning_sculling import WINDOW, is_uniform, weight_table
 from sinssim.strapdown.engine_assembly import frame_file, own_engine, three_rate_file
-from sinssim.strapdown.frames.navigation_problem import HeightReadings, Problem, check_solution, height_reference
+from sinssim.strapdown.frames.navigation_problem import Problem, check_solution
+from sinssim.strapdown.frames.vertical_channel import HeightReadings, height_reference
 from sinssim.strapdown.mechanization import Mechanization, Options, chosen
 
 CLOSE = 1e-3

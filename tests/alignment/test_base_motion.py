@@ -32,7 +32,7 @@ from sinssim.data import ImuData
 from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.truth.motions.parked_and_great_circle import Parked
 from sinssim.units import ARCSEC
 from tests.slow import slow

@@ -29,7 +29,7 @@ from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.sensors import ImuErrors, TriadErrors, flicker
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.imu.laser_gyro import LaserGyros
 from sinssim.statistics.random_numbers import gauss_markov
 from sinssim.truth.motions.parked_and_great_circle import Parked

@@ -21,8 +21,8 @@ from sinssim.alignment.parked_theory import linear
 from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.errors import InputError
 from sinssim.sensors import ImuErrors, TriadErrors, draw
-from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.imu_errors import WarmUp
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.units import DEG_H, PPM, UG
 from tests.slow import slow
 

@@ -22,7 +22,7 @@ from sinssim.errors import InputError
 from sinssim.experiments.run.finished_runs import runs_in
 from sinssim.recording import figures
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from tests.recording.shown import curves_of
 from tests.slow import slow
 

@@ -18,7 +18,7 @@ from sinssim.frames import FRAMES
 from sinssim.recording.result import flagged_words
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.sensors.imu.compensation import Compensation
-from sinssim.sensors.imu.imu import Imu, draw
+from sinssim.sensors.imu.imu_section import Imu, draw
 from sinssim.units import DEG_H, UG
 
 QUIET = {

@@ -29,7 +29,7 @@ from sinssim.estimation.filter_loop import Witness, followed
 from sinssim.estimation.filter_result import Diagnosis, Estimate, Hypothesis, Innovations, Reasons
 from sinssim.estimation.state_model import Block, ErrorModel, error_model
 from sinssim.progress import silent
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.truth.curve import Curve
 from tests.logs.drive import HEIGHT, drive
 

@@ -8,7 +8,8 @@ import pytest
 from sinssim.data import Array
 from sinssim.estimation.estimate import remarks
 from sinssim.estimation.filter_result import Innovations, Reasons
-from sinssim.estimation.kalman_filter import CONTRADICTION, CONTRADICTION_S, Diverged, check_covariance, contradiction
+from sinssim.estimation.innovation_gate import CONTRADICTION, CONTRADICTION_S, contradiction
+from sinssim.estimation.kalman_filter import Diverged, check_covariance
 from tests.estimation.made import readings
 
 

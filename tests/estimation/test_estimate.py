@@ -18,7 +18,7 @@ from sinssim.estimation.estimate import estimate
 from sinssim.estimation.filter_result import corrected
 from sinssim.estimation.linearisation import rows_of
 from sinssim.sensors import ImuErrors, TriadErrors
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked

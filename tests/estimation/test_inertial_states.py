@@ -16,7 +16,7 @@ from sinssim.estimation.state_model import INERTIAL, block_of_term, values_of
 from sinssim.scenario import load_scenario
 from sinssim.scenario.filter_model import choice, states
 from sinssim.sensors.imu.error_term_table import TERMS
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.strapdown.navigation_error import navigation_error
 from tests.estimation.test_diagnosis import ALL_STATES, RATE, SIGMA, START, disturbed, motion
 from tests.slow import slow

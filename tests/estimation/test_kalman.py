@@ -8,10 +8,11 @@ from scipy.stats import binom
 
 from sinssim import rotation
 from sinssim.data import Array, Measurements
-from sinssim.estimation import error_model, kalman_filter
+from sinssim.estimation import error_model, innovation_gate
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.filter_result import Reasons
-from sinssim.estimation.kalman_filter import ErrorFilter, Innovation, InnovationGate, InnovationMonitor
+from sinssim.estimation.innovation_gate import Innovation, InnovationGate, InnovationMonitor
+from sinssim.estimation.kalman_filter import ErrorFilter
 from sinssim.estimation.measurement_epochs import CheckedMeasurements
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.truth.motions.parked_and_great_circle import Parked
@@ -87,7 +88,7 @@ def drawn(root: Array, count: int, shift: float, rng: np.random.Generator) -> li
 
 def test_the_monitor_alarms_as_often_as_it_says(monkeypatch: pytest.MonkeyPatch) -> None:
     """The sum over an interval of white innovations is χ² distributed, whatever their covariance."""
-    monkeypatch.setattr(kalman_filter, "_FALSE_ALARM", 0.1)
+    monkeypatch.setattr(innovation_gate, "_FALSE_ALARM", 0.1)
     rng, root, count = np.random.default_rng(6), np.array([[2.0, 0.0], [-1.0, 0.1]]), 1500
     alarms = 0
     for _ in range(count):

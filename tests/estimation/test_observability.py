@@ -10,7 +10,7 @@ from sinssim.alignment.alignment_budget import expected_errors
 from sinssim.estimation import Block, ErrorModel, error_model
 from sinssim.estimation.consistency import observability
 from sinssim.estimation.estimate import estimate
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked
 from tests.estimation.made import history
 from tests.estimation.worlds import biases_only, errors_of, one_run, positions, standing, velocities, weaving

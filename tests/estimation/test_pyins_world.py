@@ -19,7 +19,7 @@ from sinssim.earth.ellipsoids import WGS84
 from sinssim.estimation import error_model
 from sinssim.estimation.consistency import nees
 from sinssim.estimation.estimate import estimate
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.strapdown.navigation_error import navigation_error
 from tests.estimation.test_pyins_filter import at, errors_of, estimation_model, rms, rows_of, their_consistency
 

@@ -18,8 +18,10 @@ from sinssim.estimation import Block, ErrorModel
 from sinssim.estimation.estimate import _initial_covariance, _too_late, neglected
 from sinssim.estimation.filter_result import History, Reasons, Smoothed, corrected, nominal_errors, state_errors
 from sinssim.estimation.filter_start import _as_bias, at_rest
-from sinssim.estimation.kalman_filter import ErrorFilter, Innovation, InnovationGate, smooth
+from sinssim.estimation.innovation_gate import Innovation, InnovationGate
+from sinssim.estimation.kalman_filter import ErrorFilter
 from sinssim.estimation.measurement_epochs import take_in
+from sinssim.estimation.smoother import smooth
 from sinssim.estimation.state_model import error_model
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.simulation.aided_run import _after, _with_noise_factor

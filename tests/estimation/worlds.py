@@ -14,7 +14,7 @@ from sinssim.earth.ellipsoids import WGS84
 from sinssim.estimation import ErrorModel, Estimate, Smoothed, state_errors
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.truth import Trajectory
 from sinssim.truth.curve import Curve
 from tests.oracles import integrator as oracle

@@ -23,7 +23,7 @@ from sinssim.estimation.estimate import estimate
 from sinssim.experiments.studies.study_schema import Study
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.compensation import compensate
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.imu.laser_gyro import LaserGyro
 from sinssim.sensors.sets.single_sensors import cube, emulate_accelerometers, gyro_free_increments
 from sinssim.strapdown.one_component_system import gyro_error, simulate

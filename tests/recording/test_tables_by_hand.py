@@ -14,7 +14,7 @@ from sinssim.experiments.run import one_component_exhibits as one_component
 from sinssim.recording.console import show_items
 from sinssim.sensors import error_propagation as expectation
 from sinssim.sensors.error_propagation import Contribution, Expectation, Term
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.units import LENGTH_SCALE
 from tests.recording.by_hand import printed
 

@@ -15,7 +15,7 @@ from sinssim.experiments.studies import study_exhibits as study
 from sinssim.recording.console import show, show_items
 from sinssim.sensors import error_propagation as expectation
 from sinssim.sensors.error_propagation import Contribution, Expectation, Term
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from tests.recording.by_hand import printed
 
 

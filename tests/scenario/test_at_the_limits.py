@@ -13,7 +13,7 @@ from sinssim.scenario.navigation_section import NavigationSection
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.tables import RecordingSection
 from sinssim.sensors.imu.faults import BiasStep, Dropout, Freeze, Saturation, Spike, channels_of
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.imu.laser_gyro import LaserGyros
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.motion import TrueGravity

@@ -17,7 +17,7 @@ from sinssim.scenario.notes import (
     torquer_taken,
 )
 from sinssim.scenario.schema import Scenario
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.units import ARCSEC, DEG_SQRT_H
 
 STILL = {"latitude_deg": 50.0, "duration_s": 100.0}

@@ -9,7 +9,7 @@ import pytest
 from sinssim.scenario.notes import defaults_taken
 from sinssim.scenario.plan_summary import plan_lines
 from sinssim.scenario.schema import Scenario
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from sinssim.scenario.notes import keys_without_effect
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 
 RING = {
     "perimeter_mm": 420.0,

@@ -12,7 +12,7 @@ import pytest
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario
 from sinssim.scenario.schema import key_tables, keys_under, toml_lines
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 
 DOCS = Path(__file__).parents[2] / "docs"
 

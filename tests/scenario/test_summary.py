@@ -13,7 +13,7 @@ from sinssim.scenario import plan_summary
 from sinssim.scenario.filter_model import excitation
 from sinssim.scenario.plan_summary import _clock, named_places, plan_lines, sensor_words
 from sinssim.scenario.schema import Scenario
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.truth.flight.flight_plan import Atmosphere, FlightPlan, Wind, planned_path
 from sinssim.truth.track import track_curve
 

@@ -18,7 +18,7 @@ from sinssim.scenario import Scenario
 from sinssim.scenario.filter_model import filter_model, inertial_sigma, notes
 from sinssim.scenario.filter_section import FILTER_STATES
 from sinssim.scenario.unknown_gravity import unknown_gravity
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.truth.motions.parked_and_great_circle import Parked
 
 INERTIAL = tuple(FILTER_STATES)

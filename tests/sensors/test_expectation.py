@@ -14,7 +14,7 @@ from sinssim.errors import InputError
 from sinssim.sensors import flicker
 from sinssim.sensors.error_propagation import ACCELERATING, AT_REST, GATHERING, SPEED, TURN, TURN_RATE, TURNING, expect
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.imu.laser_gyro import LaserGyros
 from sinssim.sensors.sets.sensor_set import SixAccelerometers
 from sinssim.strapdown.navigate import navigate

@@ -8,7 +8,7 @@ import pytest
 from sinssim.data import ImuData
 from sinssim.sensors.flicker import DIRECT, RATES, STATIONARY, WEIGHTS, covariance, variance_of_mean
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 
 LOST, SHARE = np.array(RATES), np.array(WEIGHTS)
 KEPT = 1.0 - LOST

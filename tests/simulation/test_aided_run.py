@@ -21,7 +21,7 @@ from sinssim.scenario.navigation_section import initial_state_with_errors
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu import emulation
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.imu import draw
+from sinssim.sensors.imu.imu_section import draw
 from sinssim.sensors.sets.sensor_readings import draw_true_errors
 from sinssim.simulation import aided_run
 from sinssim.simulation.aided_run import aid_run, navigate_beside

@@ -17,7 +17,7 @@ from sinssim.estimation.estimate import estimate
 from sinssim.estimation.linearisation import Prediction, observe, rows_of
 from sinssim.scenario import Scenario
 from sinssim.sensors.aiding_registry import KINDS, measurement_kind
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.simulation.backward_filter import (
     reversed_imu,
     reversed_readings,

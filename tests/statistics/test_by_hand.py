@@ -21,14 +21,12 @@ from sinssim.statistics.circular_error import (
     circle_radius,
     end_rate,
     mean_rate,
-    percentile,
     rate_uncertainty,
-    runs_for_band,
     share_in_circle,
-    spread,
     to_nmi_h,
 )
 from sinssim.statistics.circular_error import share_inside as share_about_mean
+from sinssim.statistics.percentiles import percentile, runs_for_band, spread
 
 NAN = math.nan
 

@@ -11,7 +11,8 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.statistics.chi_square import compare_systems, detection_probability, extreme, mean_square_band
-from sinssim.statistics.circular_error import percentile, share_in_circle, spread
+from sinssim.statistics.circular_error import share_in_circle
+from sinssim.statistics.percentiles import percentile, spread
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from sinssim.data import ImuData, NavState
 from sinssim.earth.ellipsoids import ELLIPSOIDS, Ellipsoid
 from sinssim.sensors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import NavError, navigation_error
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked

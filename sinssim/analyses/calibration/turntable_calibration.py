@@ -27,7 +27,7 @@ from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.tables import CalibrationSection
 from sinssim.sensors.imu.error_term_table import TERMS
-from sinssim.sensors.imu.imu import draw
+from sinssim.sensors.imu.imu_section import draw
 from sinssim.system.files import check_directory
 
 METHODS = {

@@ -24,7 +24,7 @@ from sinssim.sensors.aiding_sensor import AidingSensor, Vehicle
 from sinssim.sensors.imu.encoder import EncoderErrors, draw_encoders, encoders_of
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS
-from sinssim.sensors.imu.imu import OF_THE_RING
+from sinssim.sensors.imu.imu_section import OF_THE_RING
 from sinssim.sensors.sets.redundant_errors import axes_of_values, spread
 from sinssim.sensors.sets.sensor_set import Redundant, estimator
 from sinssim.truth.motions.imu_rotation import TurningBlock

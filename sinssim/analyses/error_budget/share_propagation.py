@@ -14,7 +14,7 @@ A process of one axis with the states s takes a step by
 
     s ← A s + E ν,    m = c s + d ν        with independent normal numbers ν of variance 1,
 
-m being the mean of the process over the step. The emulator's recursions (`sinssim.sensors.imu.error_kernel`) are such
+m being the mean of the process over the step. The emulator's recursions (`sensors.imu.emulation_kernel`) are such
 steps of one sample; the means over longer steps have the same covariances, except that a rate random walk is exact here
 and off by 0.29 T in variance there, T the sampling interval.
 """

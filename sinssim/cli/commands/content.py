@@ -185,9 +185,9 @@ def sensors(
         sinssim sensors my_unit.toml
         sinssim sensors tactical --set gyro_bias_sigma_deg_h=0.3 --set gyro_quantum_arcsec=2.0
     """
-    from sinssim.scenario.load import override
+    from sinssim.scenario.overrides import override
     from sinssim.sensors.imu.grades import find_grade
-    from sinssim.sensors.imu.imu import Imu
+    from sinssim.sensors.imu.imu_section import Imu
     from sinssim.toml_file import validate
 
     find_grade(grade)

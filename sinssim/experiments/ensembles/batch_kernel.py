@@ -40,7 +40,7 @@ from sinssim.experiments.ensembles.batch_layout import four_k as attitude_k
 from sinssim.experiments.ensembles.batch_layout import keep_four_k as keep_attitude_k
 from sinssim.jit import inline, kernel, rebound, strict_inline, strict_kernel, wide_vectors
 from sinssim.rotation.quaternions import SERIES, Vector, small_half_angle_change_k, small_half_angle_series_k
-from sinssim.sensors.imu.error_kernel import (
+from sinssim.sensors.imu.emulation_kernel import (
     NOISES,
     PARAMETERS,
     TERM_NUMBERS,
@@ -55,19 +55,8 @@ from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, 
 from sinssim.strapdown.coning_sculling import WINDOW, Weights, fitted_k, small_turn_k
 from sinssim.strapdown.engine_assembly import algorithm_file, guarded, parts
 from sinssim.strapdown.frames.level import EXACT_EVERY, refreshed_k, start_level_k, step_level_k
-from sinssim.strapdown.frames.navigation_problem import (
-    BARO_LOOP,
-    FORMS,
-    FREE,
-    HELD,
-    Channel,
-    Increments,
-    Loop,
-    Models,
-    error_after_k,
-    forces_k,
-    loop_gains_k,
-)
+from sinssim.strapdown.frames.navigation_problem import FORMS, Increments, Models, forces_k
+from sinssim.strapdown.frames.vertical_channel import BARO_LOOP, FREE, HELD, Channel, Loop, error_after_k, loop_gains_k
 from sinssim.strapdown.navigation_error import POLAR_LIMIT
 from sinssim.system.registries import on_change
 

@@ -10,9 +10,9 @@ from __future__ import annotations
 from sinssim.data import Array
 from sinssim.jit import inline, strict_inline
 from sinssim.rotation.quaternions import Matrix, Quaternion
-from sinssim.sensors.imu.error_kernel import NOISES, PARAMETERS, STATES
+from sinssim.sensors.imu.emulation_kernel import NOISES, PARAMETERS, STATES
 from sinssim.strapdown.frames.level import LevelState, Place
-from sinssim.strapdown.frames.navigation_problem import Loop
+from sinssim.strapdown.frames.vertical_channel import Loop
 
 LANES = 64
 """Number of runs in a lane: a multiple of the numbers in any vector register, and few enough for the first cache."""
@@ -42,7 +42,7 @@ NAVIGATION_ROWS = LEFT + 1
 
 @strict_inline
 def parameter_k(p: Array, run: int, i: int, slot: int) -> float:
-    """Parameter of a run's channel, as `error_kernel.parameter_k`."""
+    """Parameter of a run's channel, as `emulation_kernel.parameter_k`."""
     return p[(_PARAMETER + 6 * slot + i) * LANES + run]  # type: ignore[no-any-return]
 
 
@@ -54,19 +54,19 @@ def keep_parameter_k(p: Array, run: int, i: int, slot: int, value: float) -> Non
 
 @strict_inline
 def state_k(s: Array, run: int, i: int, n: int) -> float:
-    """State of a run's channel, as `error_kernel.state_k`."""
+    """State of a run's channel, as `emulation_kernel.state_k`."""
     return s[(_STATE + 6 * n + i) * LANES + run]  # type: ignore[no-any-return]
 
 
 @strict_inline
 def keep_k(s: Array, run: int, i: int, n: int, value: float) -> None:
-    """Store a state of a run's channel, as `error_kernel.keep_k`."""
+    """Store a state of a run's channel, as `emulation_kernel.keep_k`."""
     s[(_STATE + 6 * n + i) * LANES + run] = value
 
 
 @strict_inline
 def noise_k(z: Array, n: int, i: int, j: int) -> float:
-    """Normal number of a noise and a channel, as `error_kernel.noise_k`."""
+    """Normal number of a noise and a channel, as `emulation_kernel.noise_k`."""
     return z[(_NOISE + 6 * n + i) * LANES + j]  # type: ignore[no-any-return]
 
 

@@ -25,7 +25,7 @@ from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.scenario.navigation_section import initial_state_with_errors
 from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.imu.emulation import at_the_sensors, emulate
-from sinssim.sensors.imu.error_kernel import pack
+from sinssim.sensors.imu.emulation_kernel import pack
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.sets.sensor_readings import draw_true_errors
 from sinssim.sensors.sets.sensor_set import Gyros
@@ -33,7 +33,8 @@ from sinssim.simulation.navigation_stage import by_one
 from sinssim.simulation.path_errors import has_path
 from sinssim.statistics.random_numbers import key
 from sinssim.strapdown.coning_sculling import WINDOW, is_uniform, weight_table
-from sinssim.strapdown.frames.navigation_problem import NUMBERS, Channel, Increments, height_reference
+from sinssim.strapdown.frames.navigation_problem import Increments
+from sinssim.strapdown.frames.vertical_channel import NUMBERS, Channel, height_reference
 from sinssim.strapdown.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import axes_along, navigation_error

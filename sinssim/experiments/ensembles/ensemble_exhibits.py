@@ -37,7 +37,8 @@ from sinssim.filters import GRAVITY
 from sinssim.recording.result import plain, software, versions, write_json, write_shown
 from sinssim.recording.style import RowNumbers, thinned
 from sinssim.sensors.imu.grades import grade_name
-from sinssim.statistics.circular_error import Percentile, circle_radius, runs_for_band
+from sinssim.statistics.circular_error import circle_radius
+from sinssim.statistics.percentiles import Percentile, runs_for_band
 from sinssim.statistics.requirements import CIRCLES, limits_of
 from sinssim.statistics.requirements import COMPONENTS as QUANTITIES
 from sinssim.units import (

@@ -18,7 +18,8 @@ from sinssim.experiments.ensembles.ensemble_plan import ALL, Member, member
 from sinssim.filters import GRAVITY
 from sinssim.recording.result import Media, Result
 from sinssim.statistics.chi_square import Band, mean_square_band
-from sinssim.statistics.circular_error import CEP_SHARE, R95_SHARE, Percentile, Spread, mean_rate, percentile, spread
+from sinssim.statistics.circular_error import mean_rate
+from sinssim.statistics.percentiles import CEP_SHARE, R95_SHARE, Percentile, Spread, percentile, spread
 
 if TYPE_CHECKING:
     from sinssim.experiments.ensembles.ensemble_plan import Plan

@@ -21,7 +21,8 @@ from sinssim.experiments.ensembles.ensemble_execution import DIVERGED
 from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.scenario.plan_summary import own_files
 from sinssim.statistics.chi_square import extreme, share_inside
-from sinssim.statistics.circular_error import END, LINE, Percentile, cep, circle_radius, percentile, r95, to_nmi_h
+from sinssim.statistics.circular_error import END, LINE, circle_radius, to_nmi_h
+from sinssim.statistics.percentiles import Percentile, cep, percentile, r95
 from sinssim.statistics.requirements import CONFIDENCE, Verdict
 from sinssim.units import number_text
 

@@ -25,7 +25,7 @@ from sinssim.experiments.run.finished_runs import FinishedRun, flat_keys, kind_o
 from sinssim.logs.stored_run import ERROR_COLUMNS, first_line, reason_of
 from sinssim.recording import style
 from sinssim.recording.interactive.live_chart import deflated
-from sinssim.statistics.circular_error import cep, r95
+from sinssim.statistics.percentiles import cep, r95
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.toml_file import read_toml
 from sinssim.units import ANGLE_SCALE, HEIGHT_SCALE, LENGTH_SCALE, SPEED_SCALE, TIME_SCALE, Scale

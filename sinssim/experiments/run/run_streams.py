@@ -40,7 +40,10 @@ if TYPE_CHECKING:
 
 
 _AXES = {"north": "n", "east": "e", "forward": "x", "right": "y"}
-_STREAM_UNITS = {"m": "m", "m/s": "mps", "rad": "rad", "rad/s": "radps", "m/s²": "mps2", "s": "s", "": ""}
+_STREAM_UNITS = {
+    "m": "m", "m/s": "mps", "rad": "rad", "rad/s": "radps", "m/s²": "mps2", "s": "s", "": "", "s/rad": "s_per_rad",
+    "s²/m": "s2_per_m", "s²/rad²": "s2_per_rad2", "s⁴/m²": "s4_per_m2", "rad/s/(m/s²)": "radps_per_mps2",
+}  # fmt: skip
 
 
 def filter_streams(aided: Aided) -> list[Stream]:

@@ -19,7 +19,7 @@ from sinssim.experiments.studies import position_claims as law
 from sinssim.experiments.studies.study_results import ErrorGrowth, Heading, Order, Row, StudyResult
 from sinssim.experiments.studies.study_schema import Part, Study
 from sinssim.recording.style import COLORS, colors, css
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.units import ARCSEC, DEG, fixed
 
 Label = Callable[[Row], str]

@@ -39,7 +39,7 @@ from sinssim.experiments.studies.trade_what_if import what_if
 from sinssim.recording import style
 from sinssim.recording.result import plain, software, versions, write_json, write_shown
 from sinssim.recording.streams import write_table
-from sinssim.statistics.circular_error import runs_for_band
+from sinssim.statistics.percentiles import runs_for_band
 from sinssim.statistics.requirements import Quantity, Requirement
 from sinssim.system.files import write_text
 from sinssim.units import capital, fixed, number_text

@@ -20,7 +20,8 @@ from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.experiments.studies.trade_cells import Cell, command_of, place_name
 from sinssim.experiments.studies.trade_schema import Axis, TradeStudy, value_text
 from sinssim.recording.result import Media, Result
-from sinssim.statistics.circular_error import END, runs_for_band
+from sinssim.statistics.circular_error import END
+from sinssim.statistics.percentiles import runs_for_band
 from sinssim.statistics.requirements import QUANTITIES, SHARES, Quantity, Requirement, parse_quantity
 from sinssim.system.files import draft
 from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, SPEED_SCALE, number_text, percent, suiting, two_digits, with_band

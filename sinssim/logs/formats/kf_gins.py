@@ -229,7 +229,7 @@ def noise_of(run: RecordedRun) -> tuple[Noise, Noise] | None:
         Gyros and accelerometers; None if the run has no [imu] section, or its grade is not found any more.
     """
     from sinssim.sensors.imu.error_term_table import of_triad
-    from sinssim.sensors.imu.imu import Imu
+    from sinssim.sensors.imu.imu_section import Imu
 
     given = run.scenario.get("imu")
     if given is None:

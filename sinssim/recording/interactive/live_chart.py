@@ -318,7 +318,7 @@ def packaged(name: str, package: str = __package__ or "") -> str:
 @cache
 def _scripts(more: tuple[str, ...], further: tuple[str, ...] = ()) -> str:
     """Return the style and the script of such charts, of the interactive parts of a page, and further ones, HTML."""
-    parts = ("wide_tables", "live_chart", "chart_controls", *more)
+    parts = ("wide_tables", "live_chart", "chart_gestures", *more)
     names = ("uPlot.min.css", "live_chart.css", "uPlot.iife.min.js", *(f"{part}.js" for part in parts))
     text = {name: packaged(name) for name in names}
     looks, scripts = (([text for name, text in text.items() if name.endswith(kind)]) for kind in (".css", ".js"))

@@ -78,14 +78,14 @@ from sinssim.errors import InputError
 from sinssim.sensors.imu.compensation import compensate
 from sinssim.sensors.imu.error_term_table import DTHETA_STEP, DVEL_STEP
 from sinssim.sensors.imu.fields import TriadErrors
-from sinssim.sensors.imu.imu import Imu, draw
 from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.imu.imu_section import Imu, draw
 from sinssim.sensors.imu.size_effect import rectified, what_is_felt
 from sinssim.truth.trajectory import Trajectory
 from sinssim.units import ARCSEC
 
 if TYPE_CHECKING:
-    from sinssim.sensors.imu.error_kernel import Packed
+    from sinssim.sensors.imu.emulation_kernel import Packed
 
 
 _MOST_JITTER = 0.1  # of the interval
@@ -110,7 +110,7 @@ def emulate(ideal: ImuData, spec: Imu | ImuErrors, seed: int = 0, *, rounded: bo
             has no gyros, an error is invalid, a pulse exceeds the whole signal, or a fault lies outside the
             run.
     """
-    from sinssim.sensors.imu.error_kernel import pack
+    from sinssim.sensors.imu.emulation_kernel import pack
 
     ideal = checked_imu(ideal)
     if isinstance(spec, Imu):
@@ -131,7 +131,7 @@ def digital(ideal: ImuData) -> ImuData:
     Returns:
         The increments in multiples of 2⁻⁵² rad and 2⁻⁴⁶ m/s.
     """
-    from sinssim.sensors.imu.error_kernel import pack
+    from sinssim.sensors.imu.emulation_kernel import pack
 
     triads = TriadErrors(quantum=DTHETA_STEP), TriadErrors(quantum=DVEL_STEP)
     return _measured(ideal, pack([ImuErrors(*triads)], float(ideal.time[0])), 0)
@@ -139,7 +139,7 @@ def digital(ideal: ImuData) -> ImuData:
 
 def _measured(felt: ImuData, packed: Packed, seed: int) -> ImuData:
     """Return the output for increments at the sensors, stages 2 to 8 without jitter."""
-    from sinssim.sensors.imu import error_kernel as kernel
+    from sinssim.sensors.imu import emulation_kernel as kernel
     from sinssim.statistics.random_numbers import key
 
     key_0, key_1 = key(seed)

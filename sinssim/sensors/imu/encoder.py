@@ -20,7 +20,7 @@ import numpy as np
 
 from sinssim import rotation
 from sinssim.data import Array, NavSolution, NavState
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.statistics.random_numbers import normals
 from sinssim.truth.motions.imu_rotation import PART, Turning, TurningBlock
 from sinssim.truth.trajectory import Trajectory

@@ -1,4 +1,4 @@
-"""Errors of one sensor block in one run, `ImuErrors`, which `sinssim.sensors.imu.imu.draw` draws; validation."""
+"""Errors of one sensor block in one run, `ImuErrors`, which `imu_section.draw` draws; validation."""
 
 from __future__ import annotations
 

@@ -36,8 +36,8 @@ from sinssim.sensors.imu.compensation import compensate_checked
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.error_term_table import CALIBRATED
 from sinssim.sensors.imu.fields import TriadErrors
-from sinssim.sensors.imu.imu import Imu, draw
 from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.imu.imu_section import Imu, draw
 from sinssim.sensors.sets.sensor_set import Redundant, along
 
 # Each further triad of accelerometers has its own seed, far from those of scenarios.

@@ -44,21 +44,15 @@ from sinssim.strapdown.frames.azimuth import (
     start_azimuth_k,
 )
 from sinssim.strapdown.frames.inertial import InertialState, coordinates_k, geodetic_k, lifted_k, start_inertial_k
-from sinssim.strapdown.frames.navigation_problem import (
+from sinssim.strapdown.frames.navigation_problem import FORMS, Increments, Models, Problem, Rows, continued_k, keep_k
+from sinssim.strapdown.frames.vertical_channel import (
     BARO_LOOP,
-    FORMS,
     FREE,
     HELD,
     NOT_A_HEIGHT,
     Channel,
-    Increments,
     Loop,
-    Models,
-    Problem,
-    Rows,
-    continued_k,
     error_after_k,
-    keep_k,
     loop_gains_k,
 )
 from sinssim.strapdown.iteration_windows import (

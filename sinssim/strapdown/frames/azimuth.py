@@ -42,9 +42,7 @@ from sinssim.strapdown.engine_assembly import engines
 from sinssim.strapdown.frames.navigation_problem import (
     FORMS,
     SPHERICAL,
-    Channel,
     Increments,
-    Loop,
     Models,
     Problem,
     Rows,
@@ -53,12 +51,16 @@ from sinssim.strapdown.frames.navigation_problem import (
     first_quaternion_k,
     forces_k,
     keep_k,
+)
+from sinssim.strapdown.frames.three_rate_schedule import Fixed, Schedule, Slow, ahead_k, three_rate_engines
+from sinssim.strapdown.frames.vertical_channel import (
+    Channel,
+    Loop,
     loop_gains_k,
     reference_k,
     start_loop_k,
     vertical_step_k,
 )
-from sinssim.strapdown.frames.three_rate_schedule import Fixed, Schedule, Slow, ahead_k, three_rate_engines
 from sinssim.strapdown.mechanization import route_pole, too_near
 
 WANDER, FREE_AZIMUTH, TRANSVERSE = 0, 1, 2

@@ -25,22 +25,24 @@ from sinssim.strapdown.coning_sculling import BLOCK, FrameTurn, empty_turns_k, t
 from sinssim.strapdown.coning_sculling import fill_fitted_turns as fill_turns
 from sinssim.strapdown.engine_assembly import engines
 from sinssim.strapdown.frames.navigation_problem import (
-    FREE,
-    Channel,
     Increments,
-    Loop,
     Models,
     Problem,
     Rows,
     continued_k,
     first_quaternion_k,
     keep_k,
+)
+from sinssim.strapdown.frames.three_rate_schedule import Fixed, Schedule, Slow, three_rate_engines
+from sinssim.strapdown.frames.vertical_channel import (
+    FREE,
+    Channel,
+    Loop,
     loop_gains_k,
     reference_k,
     start_loop_k,
     vertical_step_k,
 )
-from sinssim.strapdown.frames.three_rate_schedule import Fixed, Schedule, Slow, three_rate_engines
 
 Angle = tuple[float, float]
 """Cosine and sine of an angle."""

@@ -37,9 +37,7 @@ from sinssim.strapdown.coning_sculling import fill_fitted_turns as fill_turns
 from sinssim.strapdown.engine_assembly import engines
 from sinssim.strapdown.frames.navigation_problem import (
     FORMS,
-    Channel,
     Increments,
-    Loop,
     Models,
     Problem,
     Rows,
@@ -48,13 +46,17 @@ from sinssim.strapdown.frames.navigation_problem import (
     first_quaternion_k,
     forces_k,
     keep_k,
-    loop_gains_k,
     ran_away,
+)
+from sinssim.strapdown.frames.three_rate_schedule import Fixed, Schedule, Slow, three_rate_engines
+from sinssim.strapdown.frames.vertical_channel import (
+    Channel,
+    Loop,
+    loop_gains_k,
     reference_k,
     start_loop_k,
     vertical_step_k,
 )
-from sinssim.strapdown.frames.three_rate_schedule import Fixed, Schedule, Slow, three_rate_engines
 from sinssim.strapdown.navigation_error import POLAR_LIMIT
 from sinssim.units import listed
 

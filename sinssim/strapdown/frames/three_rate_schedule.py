@@ -32,17 +32,14 @@ from sinssim.strapdown.coning_sculling import fill_fitted_turns as fill_turns
 from sinssim.strapdown.engine_assembly import engines
 from sinssim.strapdown.frames.navigation_problem import (
     FORMS,
-    Channel,
     Increments,
     Models,
     Rows,
     continued_k,
     first_quaternion_k,
     keep_k,
-    loop_gains_k,
-    reference_k,
-    start_loop_k,
 )
+from sinssim.strapdown.frames.vertical_channel import Channel, loop_gains_k, reference_k, start_loop_k
 
 
 class Schedule(NamedTuple):

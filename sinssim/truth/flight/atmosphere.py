@@ -1,7 +1,8 @@
 """The air of a flight: wind over height, and the standard atmosphere with a temperature and a pressure of its own.
 
 Source of the atmosphere: ICAO Doc 7488, Manual of the ICAO Standard Atmosphere, 3rd edition, 1993. On a warm day every
-temperature is higher by the same deviation, and the pressure follows from the hydrostatic equation.
+temperature is higher by the same deviation, and the pressure follows from the hydrostatic equation. Above, a rocket has
+the density of the U.S. Standard Atmosphere 1976 up to 100 km.
 """
 
 from __future__ import annotations
@@ -9,6 +10,9 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 STANDARD_PRESSURE = 101_325.0
 """Pressure of the standard atmosphere at sea level [Pa]."""
@@ -167,3 +171,22 @@ def _ratio(geopotential: float, deviation: float) -> float:
         if geopotential <= over:
             break
     return ratio
+
+
+SPACE_M = 100e3
+"""Height from which there is no air, m."""
+
+# U.S. Standard Atmosphere 1976, density every 5 km from 0 to 100 km, kg/m³
+_DENSITY = (
+    1.2250, 0.73643, 0.41351, 0.19476, 0.088910, 0.040084, 0.018410, 8.4634e-3, 3.9957e-3, 1.9663e-3, 1.0269e-3,
+    5.6810e-4, 3.0968e-4, 1.6321e-4, 8.2829e-5, 3.9921e-5, 1.8458e-5, 8.2196e-6, 3.4160e-6, 1.3930e-6, 5.6040e-7,
+)  # fmt: skip
+_FIT = np.polyfit(np.linspace(0.0, 1.0, 21), np.log(_DENSITY), 9)
+
+
+def density(height: Any) -> Any:
+    """Return the density of the air at heights above the ellipsoid below 100 km, kg/m³; the kind of the argument."""
+    x, value = np.maximum(height, -2e3) / SPACE_M, _FIT[0]
+    for coefficient in _FIT[1:]:
+        value = value * x + coefficient
+    return np.exp(value)

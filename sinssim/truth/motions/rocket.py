@@ -36,6 +36,7 @@ from sinssim import rotation
 from sinssim.data import Array, ImuData, NavState
 from sinssim.errors import InputError
 from sinssim.toml_section import Duration, Heading, Height, Latitude, Longitude, Moment, Section
+from sinssim.truth.flight.atmosphere import SPACE_M, density
 from sinssim.truth.motion import NORMAL_EARTH, Mounting, PlacedMotion, TrueEarth
 from sinssim.truth.motions.analytic import ClosedForm
 from sinssim.truth.motions.surface_vehicles import s_curve
@@ -45,8 +46,6 @@ from sinssim.units import DEG, G0
 if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory
 
-SPACE_M = 100e3
-"""Height from which there is no air, m."""
 _RELEASE_S, _SPIN_UP_S = 1.0, 10.0
 _LONGEST_S = 3.0 * 3600.0
 """Time after which a rocket without a duration has to be back, s."""
@@ -56,22 +55,7 @@ _STEP_S, _SPACE_STEP_S = 0.5, 20.0
 _RELATIVE, _ABSOLUTE = 1e-13, 1e-10
 """Tolerances of the integration."""
 
-# U.S. Standard Atmosphere 1976, density every 5 km from 0 to 100 km, kg/m³
-_DENSITY = (
-    1.2250, 0.73643, 0.41351, 0.19476, 0.088910, 0.040084, 0.018410, 8.4634e-3, 3.9957e-3, 1.9663e-3, 1.0269e-3,
-    5.6810e-4, 3.0968e-4, 1.6321e-4, 8.2829e-5, 3.9921e-5, 1.8458e-5, 8.2196e-6, 3.4160e-6, 1.3930e-6, 5.6040e-7,
-)  # fmt: skip
-_FIT = np.polyfit(np.linspace(0.0, 1.0, 21), np.log(_DENSITY), 9)
-
 _Mass = Annotated[float, Field(gt=0.0, le=1e7)]
-
-
-def density(height: Any) -> Any:
-    """Return the density of the air at heights above the ellipsoid below 100 km, kg/m³; the kind of the argument."""
-    x, value = np.maximum(height, -2e3) / SPACE_M, _FIT[0]
-    for coefficient in _FIT[1:]:
-        value = value * x + coefficient
-    return np.exp(value)
 
 
 class Stage(Section):

@@ -15,9 +15,9 @@ from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.compensation import compensate
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.fields import TriadErrors
-from sinssim.sensors.imu.imu import draw
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.statistics.circular_error import percentile
+from sinssim.sensors.imu.imu_section import draw
+from sinssim.statistics.percentiles import percentile
 from sinssim.toml_file import tomllib
 from tests.analyses.calibration.draws import ARCSECONDS, DEGREES, check, drawn, scenario
 from tests.slow import slow

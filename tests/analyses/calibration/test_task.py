@@ -31,7 +31,7 @@ from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.scenario import Scenario
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.compensation import compensate
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.toml_file import tomllib
 from sinssim.units import ARCSEC, DEG_H, G0, PPM, UG
 from tests.analyses.calibration.draws import scenario

@@ -10,7 +10,7 @@ from sinssim import earth, rotation
 from sinssim.data import Array
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.truth.curve import Curve
 from tests.logs.drive import FIXES, INCREMENTS, drive, write_csv, write_increments
 

@@ -13,7 +13,7 @@ from sinssim.errors import InputError
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.grades import GRADE_TABLE
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from tests.slow import slow
 
 GRADES = [name for name, grade in GRADE_TABLE.items() if grade.gyro.random_walk > 0.0]

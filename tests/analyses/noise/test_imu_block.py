@@ -14,7 +14,7 @@ from sinssim.analyses.noise.noise_report import noise_report
 from sinssim.cli.app import main
 from sinssim.errors import InputError
 from sinssim.sensors.imu.grades import GRADE_TABLE
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from tests.analyses.noise.test_report import T, increments, write
 from tests.oracles import noise
 

@@ -19,7 +19,7 @@ from sinssim.experiments.ensembles.ensemble_statistics import (
     SquareNumbers,
     WorstTest,
 )
-from sinssim.statistics.circular_error import Percentile
+from sinssim.statistics.percentiles import Percentile
 from sinssim.statistics.requirements import Verdict, parse_requirement
 
 TIME = np.array([100.0, 160.0, 400.0])

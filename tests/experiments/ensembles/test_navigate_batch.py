@@ -16,8 +16,8 @@ from sinssim.experiments.ensembles.batch_layout import LANES
 from sinssim.experiments.ensembles.batch_navigation import BatchSolution, _initial, navigate_batch
 from sinssim.sensors import draw
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.imu_errors import Fault, ImuErrors
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.strapdown.navigate import navigate
 from tests.oracles.s_turn import Flight, STurn
 from tests.slow import slow

@@ -21,7 +21,7 @@ from sinssim.experiments.ensembles.ensemble_plan import TruthCache, make_plan
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
 from sinssim.experiments.ensembles.ensemble_verdicts import LOOKS, Looks
 from sinssim.simulation.truth_and_sensors import Sensed, Truth
-from sinssim.statistics.circular_error import Percentile
+from sinssim.statistics.percentiles import Percentile
 from sinssim.statistics.requirements import parse_requirements
 from tests.experiments.ensembles.examples import AIDED, PARKED, scenario
 from tests.experiments.ensembles.test_result import straight

@@ -11,7 +11,7 @@ from sinssim.experiments.run.execute import run
 from sinssim.experiments.run.run_result import Reached, Run
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu import compensation, emulation, imu_errors
-from sinssim.sensors.imu import imu as block
+from sinssim.sensors.imu import imu_section as block
 
 SCENARIO = {
     "name": "short",

@@ -26,7 +26,7 @@ from sinssim.experiments.run.run_result import Reached
 from sinssim.recording import style
 from sinssim.recording.page import page_of
 from sinssim.scenario import Scenario
-from sinssim.sensors.imu.imu import draw
+from sinssim.sensors.imu.imu_section import draw
 from sinssim.sensors.sets.sensor_readings import draw_attitude_sensor
 from sinssim.sensors.sets.single_sensors import draw_accelerometers
 from sinssim.simulation.truth_and_sensors import Truth

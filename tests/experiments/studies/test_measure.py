@@ -16,7 +16,7 @@ from sinssim.experiments.ensembles.ensemble_run import EnsembleMedia
 from sinssim.experiments.ensembles.ensemble_statistics import Circles
 from sinssim.experiments.ensembles.ensemble_verdicts import Estimate, estimate
 from sinssim.experiments.studies.trade_cells import of_budget, of_ensemble
-from sinssim.statistics.circular_error import Percentile, percentile
+from sinssim.statistics.percentiles import Percentile, percentile
 from sinssim.statistics.requirements import Exceeded, VerdictInUnit, parse_quantity
 from tests.experiments.studies.trade_examples import study
 from tests.recording.by_hand import ARCMIN, CEP, R95, hand_budget

@@ -17,7 +17,7 @@ from sinssim.recording import track_map
 from sinssim.recording.page import page_of
 from sinssim.recording.track_map import Track
 from sinssim.scenario import Scenario
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.sensor_set import Redundant
 from sinssim.simulation.truth_and_sensors import Truth
 from tests.recording.made_monitoring import SECTION

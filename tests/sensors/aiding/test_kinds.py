@@ -124,6 +124,10 @@ def residual(kind: str, model: ErrorModel, x: Array) -> tuple[Array, Array]:
     angles = np.zeros((3, 3))
     angles[~np.eye(3, dtype=bool)] = part["gyro misalignment"]
     wrong = part["gyro bias"] + part["gyro instability"] + part["gyro scale"] * RATE + angles @ RATE
+    wrong += 0.5 * part["gyro asymmetry"] * np.abs(RATE) + part["gyro quadratic"] * RATE**2
+    wrong += part["gyro cubic"] * RATE**3
+    up = -9.80665 * Rotation.from_euler("ZYX", EULER).as_matrix()[2]  # the specific force without acceleration
+    wrong += part["gyro g-sensitivity"].reshape(3, 3) @ up
     of_gnss = kind in ("gnss-position", "gnss-velocity")
     true_arm = ARM + part["gnss lever arm"] if of_gnss else ARM
     scale = part[f"{kind} scale"][0] if f"{kind} scale" in part else 0.0

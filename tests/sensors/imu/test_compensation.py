@@ -12,7 +12,7 @@ from sinssim.sensors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.compensation import Compensation, compensate, imperfect_calibration
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.error_term_table import CALIBRATED, TERMS
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.truth.motions.analytic import inertial_increments
 from sinssim.truth.motions.coning_and_rocking import SpinRock
 from tests.oracles.imu_model import output, temperature

@@ -12,7 +12,7 @@ from sinssim.errors import InputError
 from sinssim.scenario.load import load_scenario
 from sinssim.sensors.imu.datasheet_units import line, to_si
 from sinssim.sensors.imu.error_term_table import TERMS
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 
 # what the datasheet says, key, number, SI worked out by hand
 with (Path(__file__).parents[3] / "docs" / "datasheet_lines.csv").open(encoding="utf-8", newline="") as _file:

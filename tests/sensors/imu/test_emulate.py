@@ -18,7 +18,7 @@ from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.sensors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from tests.oracles.allan import allan_deviation
 from tests.slow import slow
 
@@ -364,7 +364,7 @@ def test_the_input_is_left_alone():
 
 DIGEST = """
 import hashlib
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors import GRADES, emulate
 from tests.sensors.imu.test_emulate import uneven
 from tests.sensors.imu.test_many_runs import SECTIONS

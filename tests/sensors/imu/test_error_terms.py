@@ -18,8 +18,8 @@ from sinssim.sensors.flicker import DIRECT, RATES, STATIONARY, WEIGHTS
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS
-from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.imu_errors import Fault, WarmUp
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.statistics.random_numbers import mean_step
 from tests.oracles.allan import allan_deviation
 from tests.oracles.imu_model import KNOWN, output, temperature
@@ -311,8 +311,8 @@ NOISES = {"random_walk": 1e-6, "instability": 1e-5, "rate_walk": 1e-6, "flicker"
 
 @pytest.mark.parametrize("off", NOISES)
 def test_switching_one_noise_off_leaves_the_random_numbers_of_the_others(off: str) -> None:
-    from sinssim.sensors.imu import error_kernel as kernel
-    from sinssim.sensors.imu.error_kernel import pack
+    from sinssim.sensors.imu import emulation_kernel as kernel
+    from sinssim.sensors.imu.emulation_kernel import pack
     from sinssim.statistics.random_numbers import key
 
     def numbers(errors: ImuErrors) -> np.ndarray:

@@ -14,7 +14,7 @@ from sinssim.sensors import draw
 from sinssim.sensors.imu.datasheet_units import in_words
 from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.sensors.imu.grades import find_grade, grade_name
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 
 HEAD = 'description = "the unit of the test"\nsource = "certificate 12 of 3 March 2026"\n'
 BODY = """gyro_bias_sigma_deg_s = 0.001

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from sinssim.errors import InputError
 from sinssim.sensors import GRADES, draw
 from sinssim.sensors.imu.grades import GRADE_TABLE, TriadGrade, find_grade
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 
 ARCSEC = 4.84813681109536e-6
 DEG_H = 4.84813681109536e-6

@@ -11,9 +11,9 @@ from sinssim.data import Array, ImuData
 from sinssim.jit import strict_kernel
 from sinssim.sensors import draw
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.error_kernel import FAULTY, STATES, advance, begin, draw_sample, measure, pack
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.emulation_kernel import FAULTY, STATES, advance, begin, draw_sample, measure, pack
 from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.imu.size_effect import what_is_felt
 from sinssim.statistics.random_numbers import key
 from tests.sensors.imu.test_error_terms import lively

@@ -9,7 +9,7 @@ from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.imu.size_effect import at_the_elements
 from sinssim.truth.motions.analytic import inertial_increments
 from sinssim.truth.motions.coning_and_rocking import Sculling, SpinRock

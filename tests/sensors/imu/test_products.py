@@ -10,7 +10,7 @@ import pytest
 
 from sinssim.content import list_content
 from sinssim.sensors.imu.grades import GRADE_TABLE, Grade, find_grade
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.units import ARCSEC, DEG_H, DEG_SQRT_H, MPS_SQRT_H, PPM, UG
 
 PRODUCTS = list_content("grades")

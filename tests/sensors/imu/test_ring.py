@@ -16,8 +16,8 @@ from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.sensors import TriadErrors, draw
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.imu_errors import WarmUp
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.imu.laser_gyro import LaserGyro, detuning, null_shift, path_change
 from tests.slow import slow
 

@@ -10,7 +10,7 @@ from pydantic import TypeAdapter
 
 from sinssim.sensors.imu.faults import ImuFault
 from sinssim.sensors.imu.fields import TriadErrors
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.single_sensors import emulate_accelerometers
 
 DEG, ARCSEC, G = np.pi / 180.0, np.pi / 648_000.0, 9.80665

@@ -11,8 +11,8 @@ from sinssim.data import Array, ImuData
 from sinssim.sensors.imu.compensation import Compensation, compensate
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.fields import TriadErrors
-from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets import sensor_set
 from sinssim.sensors.sets.fault_detection import combine
 from sinssim.sensors.sets.redundant_errors import combined_errors, combined_sigma, spread

@@ -12,7 +12,7 @@ from sinssim.data import ImuData
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError
 from sinssim.sensors import draw
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.single_sensors import (
     AccelerometerSet,
     axes_about,

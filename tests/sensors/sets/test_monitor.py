@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 
 from sinssim.data import ImuData
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.fault_detection import Monitored, combine, monitor, smallest_noncentrality
 from sinssim.sensors.sets.sensor_set import READY, parity_matrix
 from sinssim.sensors.sets.single_sensors import (
@@ -336,7 +336,7 @@ def test_dropouts_and_frozen_outputs_of_one_sensor() -> None:
 
 
 def test_the_first_three_sensors_have_the_errors_of_the_usual_triad() -> None:
-    from sinssim.sensors.imu.imu import draw
+    from sinssim.sensors.imu.imu_section import draw
 
     given = section({}, "tactical")
     blocks = draw_single_sensors(given, 6, 5)

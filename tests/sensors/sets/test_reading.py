@@ -9,7 +9,7 @@ import pytest
 
 from sinssim import emulate
 from sinssim.data import ImuData
-from sinssim.sensors.imu.imu import Imu
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.sensor_readings import Readings, read, sums
 from sinssim.strapdown.measured_attitude import navigate_set
 from sinssim.strapdown.mechanization import Mechanization

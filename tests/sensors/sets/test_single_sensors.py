@@ -9,8 +9,8 @@ import pytest
 
 from sinssim.data import DROPPED, FROZEN, SATURATED, ImuData
 from sinssim.sensors.imu.fields import TriadErrors
-from sinssim.sensors.imu.imu import Imu
 from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.redundant_errors import combined_sigma
 from sinssim.sensors.sets.sensor_readings import _combined, _compensated, axis_flags, unmonitored
 from sinssim.sensors.sets.single_sensors import SingleSensors, compensate_single_sensors, perfect_readings

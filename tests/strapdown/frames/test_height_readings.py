@@ -8,7 +8,7 @@ import pytest
 from sinssim import ImuData, NavSolution, navigate
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.strapdown.frames.navigation_problem import NOTHING_NEW, OVERDUE, HeightReadings
+from sinssim.strapdown.frames.vertical_channel import NOTHING_NEW, OVERDUE, HeightReadings
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 
 TAU, RATE, SPAN = 8.0, 20.0, 40.0

@@ -13,14 +13,8 @@ from sinssim import ImuData, NavState, navigate
 from sinssim.errors import InputError, RunError
 from sinssim.strapdown.attitude.functional_iteration import engine
 from sinssim.strapdown.frames import level
-from sinssim.strapdown.frames.navigation_problem import (
-    NOTHING_NEW,
-    OVERDUE,
-    HeightReadings,
-    check_solution,
-    height_reference,
-    ran_away,
-)
+from sinssim.strapdown.frames.navigation_problem import check_solution, ran_away
+from sinssim.strapdown.frames.vertical_channel import NOTHING_NEW, OVERDUE, HeightReadings, height_reference
 from sinssim.strapdown.iteration_windows import chebyshev_points, windows
 
 
