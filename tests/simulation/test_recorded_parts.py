@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import make_dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -240,9 +241,8 @@ def test_a_filter_without_a_reference_is_compared_with_its_smoothed_solution(mon
     monkeypatch.setattr(f"{where}.aid_recorded", lambda *args, **options: estimate)
     monkeypatch.setattr(f"{where}.all_readings", lambda prepared: "readings")
     monkeypatch.setattr(f"{where}.as_reference", lambda name, solution: (name, solution))
-    monkeypatch.setattr(
-        f"{where}.compare_recorded", lambda *args: seen.append(args) or SimpleNamespace(smoothed_error=None)
-    )
+    compared = make_dataclass("Compared", ["smoothed_error", "seconds"])(None, 0.0)
+    monkeypatch.setattr(f"{where}.compare_recorded", lambda *args: seen.append(args) or compared)
     monkeypatch.setattr("sinssim.simulation.navigation_stage.recorded_start", lambda scenario, sensed: "first")
     prepared: Any = SimpleNamespace(log=SimpleNamespace(imu=SimpleNamespace(time=np.array([3.0, 9.0]))))
     for reference in (None, "given"):

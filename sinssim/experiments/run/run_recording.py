@@ -196,11 +196,11 @@ def _multirotor() -> list[_Surface]:
 
 
 def _balloon() -> list[_Surface]:
-    """Return the payload and a balloon above it, which is nearer than in fact."""
-    rings = [(0.12, 0.03), (-0.05, 0.25), (-0.25, 0.35), (-0.45, 0.35), (-0.65, 0.25), (-0.78, 0.06)]
-    turned = [[(y, -d, x) for x, y, d in _circle(z, radius)] for z, radius in rings]
-    payload = [_rectangle(0.1, 0.07, 0.3, 0.45), _rectangle(-0.1, 0.07, 0.3, 0.45)]
-    return [_loft(turned, 0.9), _loft(payload, 0.6)]
+    """Return the payload, pointed ahead, and a balloon above it, which is nearer than in fact."""
+    rings = [_deck(x, -x, x, z) for x, z in ((0.05, -0.1), (0.2, -0.25), (0.3, -0.5), (0.2, -0.75), (0.03, -0.88))]
+    payload = [_rectangle(0.5, 0.01, -0.01, 0.01), _rectangle(0.1, 0.12, -0.08, 0.12),
+               _rectangle(-0.5, 0.12, -0.08, 0.12)]  # fmt: skip
+    return [_loft(rings, 0.9), _loft(payload, 0.6)]
 
 
 def _block() -> list[_Surface]:
