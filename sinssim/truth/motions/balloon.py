@@ -7,9 +7,11 @@ drag balances the weight in air of the density exp(−h/H). With a time θ that 
 
 Balloon and parachute move with the wind w(h), which changes from layer to layer by S of the other vehicles; on the
 ground there is none. The place is the integral of Chebyshev polynomials of degree 15 through its velocity, in pieces of
-20 s at most, eight at least between two corners. The payload hangs by a line of the length L and swings as a conical
-pendulum of the angular frequency √(g/L). The line pulls along the payload's upward axis, so that g − r̈ gives roll and
-pitch, as with a multirotor.
+20 s at most, eight at least between two corners. The level falls away from that of the launch by x²/2M + y²/2N, with
+the radii of curvature there, and the vertical turns by x/M and y/N.
+
+The payload hangs by a line of the length L and swings as a conical pendulum of the angular frequency √(g/L). The line
+pulls along the payload's upward axis, so that g − r̈ gives roll and pitch, as with a multirotor.
 """
 
 from __future__ import annotations
@@ -70,10 +72,13 @@ class BalloonFlight(Leaning):
     """The motion of the payload about the place of the launch; see the module's text."""
 
     def __init__(self, keys: BalloonMotion) -> None:
+        from sinssim.earth.geodetic_coordinates import radii  # needs the compiler
+
         self._keys = keys
         self._height, speed, course = np.array(keys.wind or ((0.0, 0.0, 0.0),), dtype=np.float64).T
         self._wind = -speed[:, None] * np.stack([np.cos(course * DEG), np.sin(course * DEG)], axis=1)
         self._swing = np.sqrt(G0 / keys.line_m)
+        self._bend = 1.0 / np.array([float(of) for of in radii(keys.latitude_deg * DEG)])  # 1/M, 1/N
         passed = [t for height in self._height for t in keys.passes(float(height))]
         launch, top, land = keys.instants
         bends = (
@@ -151,14 +156,21 @@ class BalloonFlight(Leaning):
             after, before = self._drifted[k, number] + 2.0 * x * after - before, after
         drift, height, swung = self._drift(t), self._climb(t), self._swung(t)
         moved = self._drifted[k, 0] + x * after - before, drift[0], drift[1]
-        r, v, a = (np.column_stack([of + by.real, -up]) for of, by, up in zip(moved, swung, height, strict=False))
+        r, v, a = (of + by.real for of, by in zip(moved, swung, strict=False))
+        bend = self._bend  # the level falls away by x²/2M + y²/2N
+        down = (r * r) @ bend / 2.0, (r * v) @ bend, (v * v + r * a) @ bend
+        r, v, a = (np.column_stack([of, by - up]) for of, by, up in zip((r, v, a), down, height, strict=False))
         return r, v, a
 
     def down(self, t: Array) -> tuple[Array, Array, Array, Array]:
         """Return the apparent gravity, along which the line hangs; see `Leaning`."""
         drift, height, swung = self._drift(t), self._climb(t), self._swung(t)
-        of, change = (np.column_stack([-drift[order - 1] - swung[order].real, height[order]]) for order in (2, 3))
-        of[:, 2] += G0
+        (r, v, _), bend = self.place(t), self._bend
+        a, jerk = drift[1] + swung[2].real, drift[2] + swung[3].real
+        of = np.column_stack([-a - G0 * bend * r[:, :2], height[2] - (v[:, :2] ** 2 + r[:, :2] * a) @ bend + G0])
+        change = np.column_stack([
+            -jerk - G0 * bend * v[:, :2], height[3] - (3.0 * v[:, :2] * a + r[:, :2] * jerk) @ bend,
+        ])  # fmt: skip
         launch, _, land = self._keys.instants
         turned, part, *_ = _held(t, launch, _START, land, self._keys.landing_s)
         spin = self._keys.spin_deg_s * DEG

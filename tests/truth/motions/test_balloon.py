@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
+from sinssim.earth import radii
 from sinssim.errors import InputError
 from sinssim.rotation.quaternions import euler_from_quaternion
 from sinssim.scenario import load_scenario
@@ -35,11 +36,12 @@ def test_it_rises_bursts_falls_and_lands() -> None:
     opening, landing = (2.0 * 5.0 * factor / (0.4 * G0) for factor in (np.exp(6000.0 / 14400.0), 1.0))
     assert land == pytest.approx(top + fall + 0.5 * (opening + landing))
     motion = section.motion()
-    place, velocity, _ = motion.place(np.array([0.0, launch, 500.0, top, top + 200.0, land, land + 10.0]))
-    np.testing.assert_allclose(-place[[0, 1, 3, 5, 6], 2], [0.0, 0.0, 6000.0, 0.0, 0.0], atol=1e-8)
-    assert velocity[2, 2] == pytest.approx(-5.0)
-    assert velocity[4, 2] == pytest.approx(5.0 * np.exp(-place[4, 2] / 14400.0))
-    np.testing.assert_allclose(velocity[[0, 1, 5, 6]], 0.0, atol=1e-12)
+    time = np.array([0.0, launch, 500.0, top, top + 200.0, land, land + 10.0])
+    state = section.trajectory().state(time)  # above the ellipsoid, after a drift of 16 km to the south-east
+    np.testing.assert_allclose(state.height[[0, 1, 3, 5, 6]], [0.0, 0.0, 6000.0, 0.0, 0.0], atol=0.1)
+    assert state.velocity_ned[2, 2] == pytest.approx(-5.0, abs=0.01)
+    assert state.velocity_ned[4, 2] == pytest.approx(5.0 * np.exp(state.height[4] / 14400.0), abs=0.01)
+    np.testing.assert_allclose(motion.place(time)[1][[0, 1, 5, 6]], 0.0, atol=1e-12)
 
 
 def test_it_drifts_with_the_wind() -> None:
@@ -64,17 +66,19 @@ def test_it_drifts_with_the_wind() -> None:
 def test_the_line_pulls_along_the_payload_and_the_swing_has_its_angle() -> None:
     section = balloon(**LOW, swing_deg=8.0)
     motion, time = section.motion(), np.linspace(0.0, section.duration_s, 3001)
-    _, _, a = motion.place(time)
+    r, _, a = motion.place(time)
     attitude = Rotation.from_quat(motion.attitude(time), scalar_first=True)
-    force = attitude.inv().apply(a - [0.0, 0.0, G0])
+    north, east = (float(of) for of in radii(np.radians(45.0)))
+    vertical = np.column_stack([-r[:, 0] / north, -r[:, 1] / east, np.ones(len(r))])
+    force = attitude.inv().apply(a - G0 * vertical)
     np.testing.assert_allclose(force[:, :2], 0.0, atol=1e-12)
     assert (force[:, 2] < -0.5 * G0).all()
     calm = balloon(**{**LOW, "wind": []}, swing_deg=8.0).motion()
     down = Rotation.from_quat(calm.attitude(np.array([600.0])), scalar_first=True).apply([0.0, 0.0, 1.0])[0]
-    assert np.degrees(np.arccos(down[2])) == pytest.approx(8.0, abs=1e-9)
+    assert np.degrees(np.arccos(down[2])) == pytest.approx(8.0, abs=1e-4)
     swing = calm.place(np.array([600.0]))[0][0, :2]
     assert np.hypot(*swing) == pytest.approx(30.0 * np.tan(np.radians(8.0)))
-    np.testing.assert_allclose(swing / np.hypot(*swing), down[:2] / np.hypot(*down[:2]), atol=1e-9)  # it hangs outwards
+    np.testing.assert_allclose(swing / np.hypot(*swing), down[:2] / np.hypot(*down[:2]), atol=1e-5)  # it hangs outwards
 
 
 def test_places_rates_and_derivatives_agree() -> None:
