@@ -233,9 +233,8 @@ class _Work(Experiment):
         expected = {id(m): expected_seconds(m) for part in study.parts for m in part.motions}  # also finds mistakes
         for part, motion in _pairs(study):
             _check_part(part)
-            if (
-                motion.scenario is None or motion.duration_s is not None
-            ):  # a flight's duration is known after the flight
+            flown = motion.scenario is not None and motion.duration_s is None  # its duration is known after the flight
+            if not flown:
                 _check_length(part, motion, expected[id(motion)])
         for part, motion in _pairs(study):
             names = digests(study, part, motion)
@@ -243,14 +242,14 @@ class _Work(Experiment):
             navigated = {case: navigated for case, navigated in kept if navigated is not None}
             self._blocks.append(_Block(part, motion, expected[id(motion)], self._folder, names, navigated))
         self._measure_costs()
-        flown: set[tuple[str | None, tuple[str, ...]]] = set()
+        seen: set[tuple[str | None, tuple[str, ...]]] = set()
         for block in self._blocks:
             motion = block.motion
             whole = _seconds(block.part, motion, block.lasts, self._result.costs, self._threads)
             block.seconds = whole * block.open / block.part.cases
-            if (motion.scenario, motion.set) not in flown:
+            if (motion.scenario, motion.set) not in seen:
                 block.seconds += flight_wait(scenario_of(motion))
-            flown.add((motion.scenario, motion.set))
+            seen.add((motion.scenario, motion.set))
         self._check_size(limit_minutes)
         total, done = sum(block.seconds for block in self._blocks), 0.0
         for block in self._blocks:
