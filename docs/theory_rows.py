@@ -294,7 +294,7 @@ CHAPTER = (
         (
             "strapdown.frames.azimuth.solve",
             "strapdown.frames.inertial.solve",
-            "strapdown.mechanization.route_pole",
+            "strapdown.frames.transverse_route.route_pole",
         ),
         (_FRAMES + "all_frames_meet_the_truth", _FRAMES + "over_the_pole"),
     ),

@@ -49,8 +49,8 @@ if TYPE_CHECKING:
     from sinssim.frames import FRAMES as FRAMES
     from sinssim.logs.recorded_log import RecordedLog as RecordedLog
     from sinssim.recording.result import Result as Result
+    from sinssim.scenario.load import load_log as load_log
     from sinssim.scenario.load import load_scenario as load_scenario
-    from sinssim.scenario.recorded_sensors import load_log as load_log
     from sinssim.scenario.schema import Scenario as Scenario
     from sinssim.scenario.true_motion import block_of as block_of
     from sinssim.scenario.true_motion import fly as fly

@@ -1,4 +1,4 @@
-"""The registry of navigation frames, and the choices of radii of curvature and vertical channel.
+"""The registry of navigation frames.
 
 A new frame takes a file under `sinssim/strapdown/frames/` and an entry here (`docs/extending/frame.md`). The registry
 is separate from the frames' files, so that checking a scenario and listing the choices need no compiler.
@@ -94,37 +94,11 @@ FRAME_REGISTRY: Registry[Frame] = Registry("frames", "frame", _SHIPPED, _of_file
 FRAMES: Mapping[str, str] = Sentences(FRAME_REGISTRY)
 """All navigation frames by name, with a description each."""
 
-CURVATURES: dict[str, str] = {
-    "exact": "radii of curvature of the ellipsoid",
-    "simplified": "to first order in e² and H/a, 1/(R1+H) = (1/a)(1 + e²(1 - 1.5 sin²B) - H/a), error up to 4.5e-5",
-    "spherical": "e² neglected: R1 = R2 = a, the equatorial radius, relative error up to 6.7e-3",
-    "no-height": "height neglected: R1 and R2 at the surface of the ellipsoid, relative error h/a, 1.7e-3 at 11 km",
-    "spherical-no-height": "e² and height neglected: the equatorial radius everywhere",
-}
-"""Radii of curvature R1 + h of the meridian and R2 + h of the prime vertical."""
-
 AXES: dict[str, str] = {
     "north": "velocity and attitude in north, east, down, each at its own place",
     "transported": "those of the true place carried to that of the solution without a turn about the vertical",
 }
 """Ways to compare velocity and attitude at two places, see `sinssim.strapdown.navigation_error`."""
-
-OF_TRUTH = "truth"
-"""The navigator's ellipsoid if it is that of the truth."""
-
-VERTICALS: dict[str, str] = {
-    "free": "pure inertial height, unstable: an error grows 277-fold in an hour",
-    "baro-loop": "third-order loop to a height reference (baro-inertial)",
-    "truth": "height and vertical velocity held to the height reference",
-}
-
-BARO_TIME_CONSTANT = 50.0
-"""Default time constant of the baro loop, s."""
-
-SLOW_QUANTITIES: dict[str, str] = {
-    "hold": "results of the slow part are held until the next computation",
-    "extrapolate": "results of the slow part are extrapolated linearly from the last two values",
-}
 
 
 def frames_that(wanted: Callable[[Frame], bool]) -> list[str]:

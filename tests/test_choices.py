@@ -9,6 +9,7 @@ import pytest
 
 from sinssim import algorithms, frames
 from sinssim.errors import InputError
+from sinssim.strapdown import mechanization
 from sinssim.strapdown.mechanization import Mechanization
 
 
@@ -29,7 +30,7 @@ def test_words_and_lists() -> None:
         frames.check_correctable(fine)
     with pytest.raises(InputError, match="windows of samples"):
         frames.check_correctable(next(name for name, entry in algorithms.REGISTRY.items() if entry.windowed))
-    assert frames.BARO_TIME_CONSTANT == 50.0
+    assert mechanization.BARO_TIME_CONSTANT == 50.0
 
 
 def test_rates_that_divide() -> None:
@@ -115,14 +116,14 @@ def test_numbers_in_the_descriptions_of_choices() -> None:
     exact = (1.0 - e2 * np.sin(latitude) ** 2) ** 1.5 / (1.0 - e2)
     simple = 1.0 + e2 * (1.0 - 1.5 * np.sin(latitude) ** 2)
     number_ = r"([\d.]+e-\d)"
-    words = frames.CURVATURES
+    words = mechanization.CURVATURES
     assert stated(words["simplified"], f"up to {number_}") == pytest.approx(
         np.abs(simple / exact - 1.0).max(), rel=0.02
     )
     assert stated(words["spherical"], f"up to {number_}") == pytest.approx(e2, rel=0.01)
     assert stated(words["no-height"], f"h/a, {number_}") == pytest.approx(11_000.0 / a, rel=0.02)
     growth = np.cosh(sqrt(2.0 * 9.81 / 6.371e6) * 3600.0)
-    assert stated(frames.VERTICALS["free"], r"(\d+)-fold in an hour") == pytest.approx(growth, rel=0.005)
+    assert stated(mechanization.VERTICALS["free"], r"(\d+)-fold in an hour") == pytest.approx(growth, rel=0.005)
 
 
 def test_what_a_decorator_of_kernels_allows_the_compiler() -> None:

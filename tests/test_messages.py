@@ -53,7 +53,7 @@ from sinssim.simulation.foreign_navigator import VARIABLE, check_permission, che
 from sinssim.statistics.random_numbers import key
 from sinssim.statistics.requirements import parse_requirement, tally
 from sinssim.strapdown.attitude import functional_iteration
-from sinssim.strapdown.mechanization import route_pole
+from sinssim.strapdown.frames.transverse_route import route_pole
 from sinssim.system.extensions import _kind_of, items_of
 from sinssim.system.files import MARK, check_directory, check_place
 from sinssim.truth.curve import checked_knots

@@ -25,12 +25,11 @@ from sinssim.experiments.run.execute import rehearse, run
 from sinssim.experiments.studies.step_cost import DATA_HZ, timed_data
 from sinssim.experiments.studies.study_schema import Study
 from sinssim.experiments.study import load_study
-from sinssim.frames import CURVATURES
 from sinssim.scenario import Scenario, filter_model, load_scenario
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.sensor_readings import draw_true_errors
 from sinssim.sensors.sets.sensor_set import Redundant
-from sinssim.strapdown.mechanization import Mechanization
+from sinssim.strapdown.mechanization import CURVATURES, Mechanization
 from sinssim.strapdown.navigate import navigate
 from sinssim.system.files import Draft
 from sinssim.truth.curve import Curve

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -19,9 +19,12 @@ from sinssim.logs.column_tables import SUFFIXES, Table
 from sinssim.logs.formats.registry import FORMATS, candidates, read_file
 from sinssim.logs.gps_time import EPOCH_UNIX, gps_from_unix
 from sinssim.logs.imu_samples import joined, read_samples, with_gravity
-from sinssim.logs.log_settings import TEXT_FORMAT, LogFile, LogImu, LogOther
+from sinssim.logs.log_settings import TEXT_FORMAT, Log, LogFile, LogImu, LogOther
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, OtherStream, SolutionStream, Streams
+from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.aiding_registry import measurement_kind
+from sinssim.sensors.aiding_sensor import SensorState
+from sinssim.units import PPM
 
 _Stream = TypeVar("_Stream")
 _OWN_TIMES = Clock("machine", None, "times in a column, without a date")
@@ -310,3 +313,37 @@ def _three_of(table: Table, triple: Triple, dimension: str) -> Array:
     else:
         given = np.column_stack([table.column(column, gaps=True) for column in triple.columns])
     return np.column_stack([size * sign * given[:, k] for k, sign in SIGNS[triple.axes]])
+
+
+@dataclass(frozen=True)
+class RecordedOther:
+    """The errors of a sensor of [[log.others]]."""
+
+    section: LogOther  # its description
+
+    def states(self) -> Iterator[SensorState]:
+        """Yield the states of its bias and its scale factor; of σ 0 if there is none."""
+        s, bias = self.section, 0.0
+        if s.bias_sigma is not None and s.bias_sigma.value is not None:
+            bias = s.bias_sigma.value * other_units(s)[s.bias_sigma.unit]
+        yield SensorState(f"{s.name} bias", (bias,), s.bias_correlation_time_s or math.inf)
+        yield SensorState(f"{s.name} scale", (PPM * s.scale_sigma_ppm,))
+
+
+def recorded_errors(log: Log | None) -> tuple[Gnss | RecordedOther, ...]:
+    """Return the sensors of a log with errors that are states of the filter; their keys are those of emulated ones."""
+    if log is None:
+        return ()
+    others = tuple(RecordedOther(other) for other in log.others)
+    if (gnss := log.gnss) is None:
+        return others
+    keys = (
+        "lever_arm_sigma_m", "correlated_position_sigma_m", "correlated_height_sigma_m",
+        "correlated_velocity_sigma_mps", "correlation_time_s", "time_offset_sigma_s", "velocity_delay_sigma_s",
+    )  # fmt: skip
+    satellites = Gnss(
+        position="position" in gnss.use,
+        velocity="velocity" in gnss.use,
+        **{key: getattr(gnss, key) for key in keys},
+    )
+    return (satellites, *others)

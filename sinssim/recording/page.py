@@ -10,7 +10,7 @@ from itertools import groupby
 
 from sinssim.charts import Charts
 from sinssim.exhibits import Beside, Exhibits, Interactive, Item, Picture, Points, Section, Sentence, Table, Verbatim
-from sinssim.recording.interactive.live_chart import interactive, policy, with_scripts
+from sinssim.recording.live_chart import interactive, policy, with_scripts
 from sinssim.recording.style import GRID, INK, SOFT, css_of
 from sinssim.recording.svg import words
 from sinssim.recording.svg_chart import STYLE, html_of

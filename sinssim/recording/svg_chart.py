@@ -10,7 +10,7 @@ import numpy as np
 
 from sinssim.charts import Axis, Chart, Charts, Dots, Limit, Line, Mark, Rule, Shares
 from sinssim.recording import style
-from sinssim.recording.interactive.live_chart import can_live, can_zoom, live, live_map
+from sinssim.recording.live_chart import can_live, can_zoom, live, live_map
 from sinssim.recording.style import log_numbers, tick_label, ticks, time_ticks
 from sinssim.recording.svg import DASHES, WIDTHS, PixelScale, element, marks_of, path, segments, shapes_of, text, words
 from sinssim.recording.svg import STYLE as OF_ELEMENTS

@@ -8,17 +8,20 @@ import os
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sinssim.content import find_content
 from sinssim.errors import InputError, shortened
-from sinssim.logs.log_settings import files_from
+from sinssim.logs.log_settings import Log, files_from
 from sinssim.scenario.overrides import override
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors.imu.grades import SUFFIX, find_grade
 from sinssim.system.extensions import file_digest, items_of
 from sinssim.system.files import read_text
 from sinssim.toml_file import parse_toml, read_toml, validate
+
+if TYPE_CHECKING:
+    from sinssim.logs.recorded_log import RecordedLog
 
 Overrides = str | Sequence[str]
 """Settings "key.path=value" that replace values of a scenario."""
@@ -95,6 +98,36 @@ def _check_grade(imu: Any) -> None:
     grade = imu.get("grade") if isinstance(imu, dict) else None
     if isinstance(grade, str) and grade.endswith(SUFFIX):
         find_grade(grade)
+
+
+def load_log(source: Scenario | str | Path, overrides: Overrides = ()) -> RecordedLog:
+    """Load recorded sensors.
+
+    Args:
+        source: a scenario with [log], its TOML file or its name; or the recorded file of an inertial unit in one of the
+            formats of `sinssim list formats`, alone.
+        overrides: settings "key=value" of a scenario, as for `load_scenario`.
+
+    Returns:
+        Increments, measurements and reference, in the run's time.
+
+    Raises:
+        InputError: the scenario has no recorded sensors, a file cannot be read, samples are missing, or the files do
+            not overlap in time.
+    """
+    from sinssim.logs.recorded_log import recorded_log
+
+    if isinstance(source, str | Path) and Path(source).is_file() and Path(source).suffix != ".toml":
+        if overrides:
+            raise InputError(f"{source} is a log; overrides change a scenario, which describes logs.")
+        return recorded_log(Log.model_validate({"imu": {"file": str(source)}}))
+    scenario = as_scenario(source, overrides)
+    if scenario.log is None:
+        raise InputError(
+            f"the scenario {scenario.name} has no recorded sensors: add the table [log], or give the file of an "
+            "inertial unit."
+        )
+    return recorded_log(scenario.log, scenario.imu.mounting_deg)
 
 
 def _files_from(data: dict[str, Any], folder: Path) -> None:

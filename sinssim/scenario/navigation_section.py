@@ -21,8 +21,15 @@ from sinssim.algorithms import MEASURED_ATTITUDE, SCENARIO_ALGORITHMS, TAKEN
 from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import ELLIPSOIDS, Ellipsoid
 from sinssim.errors import InputError
-from sinssim.frames import BARO_TIME_CONSTANT, CURVATURES, FRAMES, OF_TRUTH, SLOW_QUANTITIES, VERTICALS
-from sinssim.strapdown.mechanization import Mechanization
+from sinssim.frames import FRAMES
+from sinssim.strapdown.mechanization import (
+    BARO_TIME_CONSTANT,
+    CURVATURES,
+    OF_TRUTH,
+    SLOW_QUANTITIES,
+    VERTICALS,
+    Mechanization,
+)
 from sinssim.system.registries import ensure
 from sinssim.toml_section import (
     Keys,

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from sinssim.frames import OF_TRUTH
 from sinssim.scenario.tables import Tables
 from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.aiding.gnss import Gnss
@@ -17,6 +16,7 @@ from sinssim.sensors.imu.error_term_table import CORRELATION_TIME, TERMS, of_tri
 from sinssim.sensors.imu.grades import find_grade
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.sensor_set import Platform, Redundant
+from sinssim.strapdown.mechanization import OF_TRUTH
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.units import PPM
 

@@ -17,7 +17,14 @@ from sinssim.errors import InputError, warn
 from sinssim.frames import FRAME_REGISTRY
 from sinssim.logs.track import Track
 from sinssim.scenario.tables import Tables
-from sinssim.strapdown.mechanization import RADIUS, distance_from_pole, nearest_allowed, route_pole, sentence, too_near
+from sinssim.strapdown.frames.transverse_route import (
+    RADIUS,
+    distance_from_pole,
+    nearest_allowed,
+    route_pole,
+    sentence,
+    too_near,
+)
 from sinssim.system.process import machine_memory
 from sinssim.truth.flight.aircraft import (
     Envelope,

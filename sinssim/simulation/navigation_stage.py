@@ -23,11 +23,11 @@ from sinssim.alignment.initial_conditions import aligned_state, alignment_sample
 from sinssim.data import Array, ImuData, NavSolution, short_repr
 from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, RunError, SinssimError
-from sinssim.frames import BARO_TIME_CONSTANT
 from sinssim.progress import Progress, silent
 from sinssim.scenario.navigation_section import initial_state_with_errors
 from sinssim.sensors.sets.sensor_readings import Readings
 from sinssim.simulation.truth_and_sensors import RecordedMotion, Truth
+from sinssim.strapdown.mechanization import BARO_TIME_CONSTANT
 from sinssim.strapdown.navigation_error import diverged
 from sinssim.system.process import thread_pool
 

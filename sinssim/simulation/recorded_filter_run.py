@@ -21,12 +21,12 @@ from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError
 from sinssim.estimation import ErrorModel, Estimate, Smoothed
 from sinssim.estimation.filter_start import Start
+from sinssim.logs.log_files import recorded_errors
 from sinssim.logs.recorded_log import RecordedLog, recorded_log
 from sinssim.logs.reference_solution import Reference
 from sinssim.progress import Progress, silent
 from sinssim.scenario.filter_model import Excitation, filter_model, with_states
 from sinssim.scenario.filter_section import InitialSigmaSection
-from sinssim.scenario.recorded_sensors import recorded_sensors
 from sinssim.scenario.run_memory import ROWS
 from sinssim.scenario.true_motion import mounting
 from sinssim.sensors.aiding_sensor import AidingReadings, AidingSensor, Vehicle
@@ -199,7 +199,7 @@ def aid_recorded(
     scenario, section = prepared.scenario, prepared.scenario.filter
     assert section is not None
     lasts = float(imu.time[-1] - imu.time[0])
-    model: ErrorModel = filter_model(scenario, lasts, recorded_sensors(scenario))
+    model: ErrorModel = filter_model(scenario, lasts, recorded_errors(scenario.log))
     measurements = [
         _told(readings.measurements, section.measurement_noise_factor) for readings in all_readings(prepared)
     ]

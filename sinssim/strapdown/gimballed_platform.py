@@ -73,6 +73,7 @@ from sinssim.strapdown.frames.azimuth import (
     step_azimuth_k,
 )
 from sinssim.strapdown.frames.navigation_problem import FORMS, Models, Rows, channel_of, form_of, models_of
+from sinssim.strapdown.frames.transverse_route import route_pole, too_near
 from sinssim.strapdown.frames.vertical_channel import (
     Channel,
     HeightReadings,
@@ -81,7 +82,7 @@ from sinssim.strapdown.frames.vertical_channel import (
     reference_k,
     start_loop_k,
 )
-from sinssim.strapdown.mechanization import Mechanization, Options, chosen, route_pole, too_near
+from sinssim.strapdown.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.navigation_error import POLAR_LIMIT
 
 _BLOCK = 256  # number of samples whose random numbers are drawn together

@@ -150,7 +150,7 @@ class _Page(HTMLParser):
 
 
 def _numbers_of(contents: dict[str, Any]) -> Iterator[str]:
-    """Yield what a script draws; its numbers are 4-byte floats, as `recording/interactive/live_chart.py` packs them."""
+    """Yield what a script draws; its numbers are 4-byte floats, as `recording/live_chart.py` packs them."""
     planes = np.frombuffer(zlib.decompress(base64.b64decode(contents.pop("numbers")), wbits=-15), np.uint8)
     folded = np.ascontiguousarray(planes.reshape(4, -1).T).view("<u4")[:, 0]
     steps = (folded >> 1) ^ -(folded & 1)

@@ -7,9 +7,8 @@ from typing import Any
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.log_files import other_stream
+from sinssim.logs.log_files import other_stream, recorded_errors
 from sinssim.scenario.filter_model import filter_model
-from sinssim.scenario.recorded_sensors import recorded_sensors
 from sinssim.scenario.schema import Scenario
 
 
@@ -25,7 +24,7 @@ def scenario(**other: Any) -> Scenario:
 def test_bias_and_scale_factor_are_states() -> None:
     """30 ft are 9.144 m."""
     own = scenario(bias_sigma={"value": 30.0, "unit": "ft"}, bias_correlation_time_s=600.0, scale_sigma_ppm=2e4)
-    blocks = {block.name: block for block in filter_model(own, 60.0, recorded_sensors(own)).blocks}
+    blocks = {block.name: block for block in filter_model(own, 60.0, recorded_errors(own.log)).blocks}
     assert blocks["baro bias"].sigma == pytest.approx([9.144])
     assert blocks["baro bias"].correlation_time == 600.0
     assert blocks["baro scale"].sigma == pytest.approx([0.02])
@@ -33,7 +32,7 @@ def test_bias_and_scale_factor_are_states() -> None:
 
 def test_a_sensor_without_them_has_no_states() -> None:
     own = scenario()
-    assert not any(block.name.startswith("baro") for block in filter_model(own, 60.0, recorded_sensors(own)).blocks)
+    assert not any(block.name.startswith("baro") for block in filter_model(own, 60.0, recorded_errors(own.log)).blocks)
 
 
 def test_a_wrong_bias_is_refused() -> None:

@@ -14,9 +14,9 @@ from sinssim.errors import InputError
 from sinssim.estimation import Block, ErrorModel
 from sinssim.estimation.filter_result import Divergence, Innovations, Reasons
 from sinssim.filters import GRAVITY
+from sinssim.logs.log_files import recorded_errors
 from sinssim.scenario import Scenario, filter_model, run_memory, unknown_gravity
 from sinssim.scenario.filter_model import Excitation, choice, hints, notes, weights
-from sinssim.scenario.recorded_sensors import recorded_sensors
 from sinssim.scenario.run_memory import check_memory, needed_memory
 from sinssim.scenario.unknown_gravity import UnknownGravity, gravity_notes
 from sinssim.simulation import aided_run as diagnosis
@@ -186,7 +186,7 @@ def test_errors_of_a_recorded_receiver() -> None:
         "correlation_time_s": 200.0, "time_offset_sigma_s": 0.05, "velocity_delay_sigma_s": 0.4,
     }  # fmt: skip
     described = SimpleNamespace(log=SimpleNamespace(others=(), gnss=SimpleNamespace(**gnss)))
-    (satellites,) = recorded_sensors(described)  # type: ignore[arg-type]
+    (satellites,) = recorded_errors(described.log)  # type: ignore[arg-type]
     found = {state.block: (state.sigma, state.correlation_time) for state in satellites.states() if any(state.sigma)}
     assert found == {
         "gnss-position bias": ((2.0, 2.0, 4.0), 200.0), "gnss-velocity bias": ((0.1, 0.1, 0.1), 200.0),
@@ -194,7 +194,7 @@ def test_errors_of_a_recorded_receiver() -> None:
         "gnss-velocity delay": ((0.4,), math.inf),
     }  # fmt: skip
     only = SimpleNamespace(log=SimpleNamespace(others=(), gnss=SimpleNamespace(**{**gnss, "use": ["velocity"]})))
-    (satellites,) = recorded_sensors(only)  # type: ignore[arg-type]
+    (satellites,) = recorded_errors(only.log)  # type: ignore[arg-type]
     assert not any(state.block.startswith("gnss-position") for state in satellites.states() if any(state.sigma))
 
 

@@ -19,10 +19,10 @@ from sinssim.errors import InputError, RunError
 from sinssim.estimation.filter_loop import followed
 from sinssim.estimation.linear_replay import LinearPass, densities_of
 from sinssim.estimation.state_model import ErrorModel
+from sinssim.logs.log_files import recorded_errors
 from sinssim.logs.recorded_log import gnss_readings
 from sinssim.scenario.filter_model import filter_model, with_states
 from sinssim.scenario.load import scenario_of_text
-from sinssim.scenario.recorded_sensors import recorded_sensors
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.aiding.land_vehicle import LandVehicle, angles_of
 from sinssim.sensors.aiding_sensor import AidingReadings
@@ -197,7 +197,7 @@ class TuningData:
         """Return the error model, and by name the readings as the filter assumes them, if that depends on the keys."""
         scenario = self.with_values(values)
         imu = self._sensed.imu if self.prepared is None else self.prepared.log.imu
-        recorded = () if self.prepared is None else recorded_sensors(scenario)
+        recorded = () if self.prepared is None else recorded_errors(scenario.log)
         model = filter_model(scenario, float(imu.time[-1] - imu.time[0]), recorded)
         of_readings = {k: v for k, v in values.items() if k.startswith(("log.", "aiding.", "filter.measurement"))}
         if not of_readings:

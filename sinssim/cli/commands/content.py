@@ -96,7 +96,7 @@ def names_of(kind: Listing) -> Mapping[str, str]:
 
             return GRAVITY_MODELS
         case Listing.CURVATURES:
-            from sinssim.frames import CURVATURES
+            from sinssim.strapdown.mechanization import CURVATURES
 
             return CURVATURES
         case Listing.ELLIPSOIDS:

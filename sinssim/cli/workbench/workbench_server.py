@@ -252,7 +252,7 @@ def _tables() -> list[dict[str, Any]]:
 @cache
 def _page() -> str:
     """Return the page, HTML, with its style and its scripts."""
-    from sinssim.recording.interactive.live_chart import packaged, scripts_with
+    from sinssim.recording.live_chart import packaged, scripts_with
     from sinssim.recording.page import page
     from sinssim.recording.svg_chart import STYLE
 

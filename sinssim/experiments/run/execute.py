@@ -57,7 +57,7 @@ from sinssim.statistics.requirements import Requirement, parse_requirements
 from sinssim.strapdown.engine_assembly import check_own_files
 from sinssim.strapdown.navigation_error import NO_NUMBERS, error_numbers_of, known_error_numbers_of
 from sinssim.system.process import give_back_memory, map_large_arrays
-from sinssim.truth.flight.flight_log import not_attained
+from sinssim.truth.flight.leg import not_attained
 from sinssim.truth.trajectory import Trajectory
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from sinssim.exhibits import Column, Interactive, Item, Sentence, Table
 from sinssim.experiments.run.finished_runs import FinishedRun, flat_keys, kind_of
 from sinssim.logs.stored_run import ERROR_COLUMNS, first_line, reason_of
 from sinssim.recording import style
-from sinssim.recording.interactive.live_chart import deflated
+from sinssim.recording.live_chart import deflated
 from sinssim.statistics.percentiles import cep, r95
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.toml_file import read_toml

@@ -58,10 +58,10 @@ from sinssim.experiments.workload import (
     flight_wait,
     work_through,
 )
-from sinssim.frames import OF_TRUTH
 from sinssim.progress import Progress, shown
 from sinssim.statistics.circular_error import mean_rate, rate_uncertainty
-from sinssim.strapdown.mechanization import Mechanization, route_pole
+from sinssim.strapdown.frames.transverse_route import route_pole
+from sinssim.strapdown.mechanization import OF_TRUTH, Mechanization
 from sinssim.strapdown.navigation_error import NavError, navigation_error
 from sinssim.system.process import machine_memory
 from sinssim.units import ARCSEC, UG

@@ -11,8 +11,8 @@ import numpy as np
 
 from sinssim.data import Array, short_repr
 from sinssim.experiments.studies.study_schema import MotionFacts
-from sinssim.frames import OF_TRUTH
 from sinssim.recording.result import Media, Result
+from sinssim.strapdown.mechanization import OF_TRUTH
 
 if TYPE_CHECKING:
     from sinssim.experiments.studies.attitude_cost import AttitudeCost

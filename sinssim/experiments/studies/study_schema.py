@@ -22,7 +22,7 @@ from sinssim.algorithms import ALGORITHMS, MEASURED_ATTITUDE, whole_ratio
 from sinssim.algorithms import schedule as whole_rates
 from sinssim.data import ImuData
 from sinssim.errors import InputError, unknown_name
-from sinssim.frames import CURVATURES, FRAME_REGISTRY, OF_TRUTH, frames_that
+from sinssim.frames import FRAME_REGISTRY, frames_that
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.navigation_section import Curvature, Frame, OwnEllipsoid, Schedule, Vertical
 from sinssim.scenario.planned_limits import expected_duration
@@ -30,6 +30,7 @@ from sinssim.scenario.tables import COORDINATES, AnyClosedForm, Coordinates, Use
 from sinssim.sensors.imu.grades import GRADES
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.sensor_set import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
+from sinssim.strapdown.mechanization import CURVATURES, OF_TRUTH
 from sinssim.system.registries import ensure
 from sinssim.toml_section import Duration, ExperimentFile, Keys, Rate, Section, known_name
 from sinssim.truth.motion import Gravity

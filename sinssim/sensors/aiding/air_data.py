@@ -30,7 +30,7 @@ from sinssim.sensors.aiding_sensor import (
     turn_on,
     white,
 )
-from sinssim.sensors.measurement_kind import Comparison, MeasurementKind, compare_height, compare_velocity
+from sinssim.sensors.measurement_kind import Comparison, MeasurementKind, R, compare_velocity
 from sinssim.toml_section import CorrelationTime, Moment, Noise, Offset, Spread
 from sinssim.truth.flight.atmosphere import STANDARD_TEMPERATURE, Air
 from sinssim.units import PPM
@@ -45,6 +45,13 @@ def _signal(trajectory: Trajectory, channel: str, still: Callable[[NavState], Ar
     if logged is None:
         return lambda t: np.asarray(still(trajectory.state(t)))
     return lambda t: np.asarray(np.interp(t, logged.time, logged.values))
+
+
+def compare_height(at: Comparison, value: Array) -> tuple[Array, Array]:
+    """Compare the height above the ellipsoid, m; residual −δr_D."""
+    h = at.zeros(1)
+    h[:, 0, R.start + 2] = -1.0
+    return at.state.height[:, None] - value, h
 
 
 class Barometer(AidingSensor):

@@ -26,9 +26,22 @@ from sinssim.sensors.aiding_sensor import (
     white,
 )
 from sinssim.sensors.imu.grades import GradeName
-from sinssim.sensors.measurement_kind import PHI, Comparison, MeasurementKind, R, compare_attitude, turned_back
+from sinssim.sensors.measurement_kind import PHI, Comparison, MeasurementKind, R
 from sinssim.toml_section import CorrelationTime, LeverArm, Noise, Spread
 from sinssim.units import ARCMIN, ARCSEC
+
+
+def compare_attitude(at: Comparison, value: Array) -> tuple[Array, Array]:
+    """Compare attitudes q_nb in the local level; residual −C_bn φ, a rotation vector about the body's axes."""
+    off = rotation.multiply(rotation.conjugate(rotation.normalize(value)), at.state.q_nb)
+    h = at.zeros(3)
+    h[:, :, PHI] = -at.c_bn
+    return rotation.rotation_vector_from_quaternion(off), h
+
+
+def turned_back(value: Array, bias: Array) -> Array:
+    """Return attitudes with a bias about the body's axes removed; see `MeasurementKind.less_bias`."""
+    return rotation.multiply(value, rotation.quaternion_from_rotation_vector(-bias))
 
 
 class AttitudeReference(AidingSensor):

@@ -26,12 +26,13 @@ from sinssim.sensors.aiding_sensor import (
     within,
 )
 from sinssim.sensors.measurement_kind import (
+    PHI,
     Comparison,
     MeasurementKind,
-    beyond_a_pole,
-    compare_antenna_velocity,
+    R,
     compare_heading,
-    compare_position,
+    compare_velocity,
+    skew,
 )
 from sinssim.toml_section import (
     CorrelationTime,
@@ -95,6 +96,40 @@ class Ramp(_Fault):
     north_mps: Velocity = Field(default=0.0, description="rate of the error to the north")
     east_mps: Velocity = Field(default=0.0, description="rate of the error to the east")
     up_mps: Velocity = Field(default=0.0, description="rate of the error upwards")
+
+
+def compare_position(at: Comparison, value: Array) -> tuple[Array, Array]:
+    """Compare latitude, longitude [rad] and height [m] of a point at the lever arm, r + C l; residual in metres.
+
+    The residual is δr + [C l ×] φ − C δl, in Earth-fixed axes, which have no poles.
+    """
+    state, ellipsoid = at.state, at.ellipsoid
+    q_en = earth.q_en(state.latitude, state.longitude)
+    measured = earth.geodetic_to_ecef(value[:, 0], value[:, 1], value[:, 2], ellipsoid)
+    height = value[:, 2]
+    arm = np.einsum("kij,j->ki", at.c_nb, at.lever_arm)
+    if at.lever_arm.any():  # predicted position of the block
+        measured -= rotation.rotate(q_en, arm)
+        height = earth.ecef_to_geodetic(measured, ellipsoid)[2]
+    off = earth.geodetic_to_ecef(state.latitude, state.longitude, state.height, ellipsoid) - measured
+    residual = rotation.rotate(rotation.conjugate(q_en), off)
+    residual[:, 2] = height - state.height
+    h = at.zeros(3)
+    h[:, :, R] = np.eye(3)
+    h[:, :, PHI] = skew(arm)
+    if (where := at.model.slices.get("gnss lever arm")) is not None:
+        h[:, :, where] = -at.c_nb
+    return residual, h
+
+
+def beyond_a_pole(value: Array) -> str:
+    """Return why a position cannot be used, "" if it can; see `MeasurementKind.fault`."""
+    return "a latitude beyond a pole (radians are expected)" if abs(value[0]) > 0.5 * np.pi else ""
+
+
+def compare_antenna_velocity(at: Comparison, value: Array) -> tuple[Array, Array]:
+    """Compare velocities as `compare_velocity`, of the satellite antenna, whose lever arm the model may have."""
+    return compare_velocity(at, value, at.model.slices.get("gnss lever arm"))
 
 
 class Gnss(AidingSensor):

@@ -47,7 +47,7 @@ from sinssim.sensors.aiding_sensor import (
     turning,
     white,
 )
-from sinssim.sensors.measurement_kind import PHI, Comparison, MeasurementKind, V, compare_speed, skew
+from sinssim.sensors.measurement_kind import PHI, Comparison, MeasurementKind, V, skew
 from sinssim.toml_section import CorrelationTime, LeverArm, Noise, Offset, Positive, Rate, Spread
 from sinssim.units import DEG, PPM
 
@@ -277,6 +277,23 @@ def land_velocity(
     value[:, 2:] = pitch, yaw
     arm = np.asarray(lever_arm, dtype=np.float64)
     return Measurements("land-velocity", time, time, value, np.broadcast_to(sigmas, (len(time), 2)), arm, name)
+
+
+def compare_speed(at: Comparison, value: Array) -> tuple[Array, Array]:
+    """Compare the velocity along the forward axis of a point at the lever arm, (C_bn v + ω × l)_x, m/s.
+
+    The residual is (C_bn δv − C_bn [v×] φ − [l×] W x)_x.
+    """
+    forward = at.c_bn[:, :1]
+    velocity = at.state.velocity_ned
+    residual = np.einsum("kij,kj->ki", forward, velocity) - value
+    h = at.zeros(1)
+    if at.lever_arm.any():
+        residual = residual + np.cross(at.turning(), at.lever_arm)[:, :1]
+        h -= (skew(at.lever_arm) @ at.turning_error())[:, :1]
+    h[:, :, V] += forward
+    h[:, :, PHI] -= forward @ skew(velocity)
+    return residual, h
 
 
 class Odometer(AidingSensor):

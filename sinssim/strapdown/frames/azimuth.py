@@ -53,6 +53,7 @@ from sinssim.strapdown.frames.navigation_problem import (
     keep_k,
 )
 from sinssim.strapdown.frames.three_rate_schedule import Fixed, Schedule, Slow, ahead_k, three_rate_engines
+from sinssim.strapdown.frames.transverse_route import route_pole, too_near
 from sinssim.strapdown.frames.vertical_channel import (
     Channel,
     Loop,
@@ -61,7 +62,6 @@ from sinssim.strapdown.frames.vertical_channel import (
     start_loop_k,
     vertical_step_k,
 )
-from sinssim.strapdown.mechanization import route_pole, too_near
 
 WANDER, FREE_AZIMUTH, TRANSVERSE = 0, 1, 2
 """Rules for the azimuth by number."""

@@ -20,9 +20,9 @@ from numpy.typing import ArrayLike
 from sinssim.arguments import first_not_finite, numbers
 from sinssim.data import Array
 from sinssim.errors import InputError, check_name
-from sinssim.frames import VERTICALS
 from sinssim.jit import strict_inline
 from sinssim.rotation.quaternions import Vector
+from sinssim.strapdown.mechanization import VERTICALS
 
 FREE, BARO_LOOP, HELD = 0, 1, 2
 """Vertical channels by number."""

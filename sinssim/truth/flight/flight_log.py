@@ -1,26 +1,20 @@
-"""The log of a flight.
-
-The recording in JSBSim's units and in SI units, and events of legs that missed their targets.
-"""
+"""The log of a flight: what JSBSim records, in its units and in SI units."""
 
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable
 from dataclasses import dataclass
-from math import pi, remainder
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sinssim.data import Array, short_repr
-from sinssim.truth.flight.autopilot import HEIGHT, INTERVAL, AircraftState, Autopilot
+from sinssim.truth.flight.autopilot import INTERVAL
 from sinssim.truth.sampling import Channel, FlightEvent
-from sinssim.units import DEG, FOOT, KNOT
+from sinssim.units import FOOT
 
 if TYPE_CHECKING:
     from sinssim.truth.curve import KnotDerivatives
-    from sinssim.truth.flight.leg import LegBase
 
 
 _POUND_FORCE = 4.4482216152605  # [N]
@@ -90,30 +84,3 @@ def flight_log(record: FlightRecord) -> FlightLog:
 
 def _instants(count: int, interval: float) -> Array:
     return np.arange(count, dtype=np.float64) * interval
-
-
-_HEIGHT, _HEADING = 50.0, 5.0 * DEG  # a leg that ends farther from its order than this is not attained [m, rad]
-_SPEED, _SPEED_SHARE = 10.0 * KNOT, 0.05  # the same for the airspeed: farther off than both [m/s, of the order]
-_TURBULENT = 3.0  # factor of these limits in turbulence
-_MISSED = " did not reach its targets: at its end "
-
-
-def shortfall(
-    name: str, leg: LegBase, pilot: Autopilot, state: AircraftState, *, turbulent: bool
-) -> FlightEvent | None:
-    """Compare the end in the air of a leg, named for example "leg 3 (climb)", with what it ordered; return a sentence
-    with what is achieved and ordered, None where both agree. Turbulence moves the aircraft at any instant."""
-    misses, more = [], _TURBULENT if turbulent else 1.0
-    if "height" in leg.holds and pilot.vertical == HEIGHT and abs(state.height - pilot.height) > more * _HEIGHT:
-        misses.append(f"the height is {state.height:.0f} m instead of {pilot.height:.0f} m")
-    off = abs(state.cas - pilot.airspeed)
-    if "airspeed" in leg.holds and off > more * max(_SPEED, _SPEED_SHARE * pilot.airspeed):
-        misses.append(f"the airspeed is {state.cas / KNOT:.0f} kt instead of {pilot.airspeed / KNOT:.0f} kt")
-    if "heading" in leg.holds and abs(remainder(state.psi - pilot.heading, 2.0 * pi)) > more * _HEADING:
-        misses.append(f"the heading is {state.psi / DEG % 360.0:.0f}° instead of {pilot.heading / DEG % 360.0:.0f}°")
-    return FlightEvent(state.time, f"{name}{_MISSED}{', '.join(misses)}") if misses else None
-
-
-def not_attained(events: Iterable[FlightEvent]) -> list[str]:
-    """Return the sentences of `shortfall` among the events of a flight, each with its time."""
-    return [f"{event.text} (at {event.time:.0f} s)." for event in events if _MISSED in event.text]

@@ -15,7 +15,7 @@ from sinssim.errors import InputError
 from sinssim.system.files import Draft
 from sinssim.truth.flight.aircraft import Aircraft, load_aircraft
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
-from sinssim.truth.flight.flight_log import CHANNELS, FlightRecord, shortfall
+from sinssim.truth.flight.flight_log import CHANNELS, FlightRecord
 from sinssim.truth.flight.flight_plan import AirStart, FlightPlan, Gust, RunwayStart, Turbulence
 from sinssim.truth.flight.guidance import ENDED, Navigator, SolutionErrors
 from sinssim.truth.flight.jsbsim_model import (
@@ -27,7 +27,7 @@ from sinssim.truth.flight.jsbsim_model import (
     loaded_model,
     quiet,
 )
-from sinssim.truth.flight.leg import LegBase, LegError, check_landing
+from sinssim.truth.flight.leg import LegBase, LegError, check_landing, shortfall
 from sinssim.truth.motion import Progress
 from sinssim.truth.sampling import FlightEvent
 from sinssim.units import DEG, FOOT, KNOT

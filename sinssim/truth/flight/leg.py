@@ -10,8 +10,9 @@ from __future__ import annotations
 import functools
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from math import pi, remainder
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias, get_args
 
 import numpy as np
@@ -23,9 +24,10 @@ from sinssim.system.registries import ensure, registered
 from sinssim.toml_section import Section, Timeout
 from sinssim.truth.flight.aircraft import Performance
 from sinssim.truth.flight.atmosphere import Air
-from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
+from sinssim.truth.flight.autopilot import HEIGHT, INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.planned_path import SAGITTA, PlannedTrack, over_ground
-from sinssim.units import listed
+from sinssim.truth.sampling import FlightEvent
+from sinssim.units import DEG, KNOT, listed
 
 GRAVITY = 9.81
 """Gravity for dead reckoning [m/s²]."""
@@ -340,3 +342,30 @@ def check_landing(legs: Sequence[LegBase], aircraft: str, performance: Performan
                 f"flight.legs.{number} ({leg.type}): the aircraft {aircraft} cannot land, because its aircraft.toml "
                 "has no performance.approach_kt; give it, with landing_flaps and standing_height_m."
             )
+
+
+_HEIGHT, _HEADING = 50.0, 5.0 * DEG  # a leg that ends farther from its order than this is not attained [m, rad]
+_SPEED, _SPEED_SHARE = 10.0 * KNOT, 0.05  # the same for the airspeed: farther off than both [m/s, of the order]
+_TURBULENT = 3.0  # factor of these limits in turbulence
+_MISSED = " did not reach its targets: at its end "
+
+
+def shortfall(
+    name: str, leg: LegBase, pilot: Autopilot, state: AircraftState, *, turbulent: bool
+) -> FlightEvent | None:
+    """Compare the end in the air of a leg, named for example "leg 3 (climb)", with what it ordered; return a sentence
+    with what is achieved and ordered, None where both agree. Turbulence moves the aircraft at any instant."""
+    misses, more = [], _TURBULENT if turbulent else 1.0
+    if "height" in leg.holds and pilot.vertical == HEIGHT and abs(state.height - pilot.height) > more * _HEIGHT:
+        misses.append(f"the height is {state.height:.0f} m instead of {pilot.height:.0f} m")
+    off = abs(state.cas - pilot.airspeed)
+    if "airspeed" in leg.holds and off > more * max(_SPEED, _SPEED_SHARE * pilot.airspeed):
+        misses.append(f"the airspeed is {state.cas / KNOT:.0f} kt instead of {pilot.airspeed / KNOT:.0f} kt")
+    if "heading" in leg.holds and abs(remainder(state.psi - pilot.heading, 2.0 * pi)) > more * _HEADING:
+        misses.append(f"the heading is {state.psi / DEG % 360.0:.0f}° instead of {pilot.heading / DEG % 360.0:.0f}°")
+    return FlightEvent(state.time, f"{name}{_MISSED}{', '.join(misses)}") if misses else None
+
+
+def not_attained(events: Iterable[FlightEvent]) -> list[str]:
+    """Return the sentences of `shortfall` among the events of a flight, each with its time."""
+    return [f"{event.text} (at {event.time:.0f} s)." for event in events if _MISSED in event.text]

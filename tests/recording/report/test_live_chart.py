@@ -20,7 +20,7 @@ from PIL import Image
 
 from sinssim.charts import TIME, Axis, Band, Bars, Chart, Charts, Dots, Limit, Line, Remark, Rule, Shares, over
 from sinssim.exhibits import Column, Exhibits, Sentence, Table
-from sinssim.recording.interactive.live_chart import _thinned, can_live, policy, with_scripts
+from sinssim.recording.live_chart import _thinned, can_live, policy, with_scripts
 from sinssim.recording.page import page_of
 from sinssim.recording.svg_chart import html_of
 from sinssim.units import DEG, LENGTH_SCALE, fixed

@@ -10,9 +10,9 @@ from sinssim import NavState, navigate
 from sinssim.data import ImuData
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.earth.gravity import parameters
-from sinssim.frames import CURVATURES
 from sinssim.jit import rebound
 from sinssim.strapdown.frames.navigation_problem import FORMS, distances_k
+from sinssim.strapdown.mechanization import CURVATURES
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 from tests.oracles.s_turn import STurn
 from tests.slow import slow

@@ -10,9 +10,10 @@ from sinssim.content import list_content
 from sinssim.toml_file import read_toml
 from sinssim.truth.aircraft_design.acceptance_flight import fly_acceptance
 from sinssim.truth.flight.aircraft import load_aircraft, speed_range
-from sinssim.truth.flight.flight_log import flight_log, not_attained
+from sinssim.truth.flight.flight_log import flight_log
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.jsbsim_simulation import fly_plan
+from sinssim.truth.flight.leg import not_attained
 
 DESIGNED = [
     name for name, file in list_content("aircraft").items() if file.read_text(encoding="utf-8").startswith("# Made by")

@@ -10,11 +10,11 @@ import pytest
 from sinssim.errors import InputError
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.autopilot import BANK, HEADING, INTERVAL, PITCH, AircraftState, Autopilot
-from sinssim.truth.flight.flight_log import FlightLog, flight_log, not_attained, shortfall
+from sinssim.truth.flight.flight_log import FlightLog, flight_log
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.jsbsim_model import Monitor
 from sinssim.truth.flight.jsbsim_simulation import fly_plan
-from sinssim.truth.flight.leg import LegError
+from sinssim.truth.flight.leg import LegError, not_attained, shortfall
 from sinssim.truth.sampling import FlightEvent
 from tests.slow import slow
 

@@ -310,9 +310,10 @@ _OF_MAPS = (
 _OF_ELLIPSES = " The ellipse about that place contains 95 % of the positions that are expected."
 
 
-def packaged(name: str, package: str = __package__ or "") -> str:
-    """Return a script, a style or a page that is a file of a package."""
-    return files(package).joinpath(name).read_text(encoding="utf-8")
+def packaged(name: str, package: str = "") -> str:
+    """Return a script, a style or a page: a file of `recording/interactive`, or one of a package."""
+    folder = files(package) if package else files(__package__ or "").joinpath("interactive")
+    return folder.joinpath(name).read_text(encoding="utf-8")
 
 
 @cache
