@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from sinssim.errors import InputError
-from sinssim.truth.aircraft_design.acceptance_exhibits import acceptance_numbers
+from sinssim.truth.aircraft_design.acceptance_flight import acceptance_numbers
 from sinssim.truth.aircraft_design.aircraft_design import DesignedAircraft
 from sinssim.truth.aircraft_design.design_process import design_apart
 from sinssim.truth.aircraft_design.model_survey import package_models
@@ -23,7 +23,8 @@ HEAD = """# JSBSim's models
 
 `sinssim aircraft add MODEL` makes an aircraft of {accepted} of {count} models in JSBSim's package. Each number is
 the largest of the acceptance flight: height and heading of straight and level flight, airspeed of climb and descent;
-margins are the least of pitch, roll and yaw at the trims. `python aircraft/models.py` writes this page.
+margins are the least of pitch, roll and yaw at the trims. A glider holds no height.
+`python aircraft/models.py` writes this page.
 
 | model | cruise, kt | margins, dB and ° | height, m | airspeed, kt | heading, ° |
 |---|---|---|---|---|---|
@@ -54,7 +55,8 @@ def _numbers(made: DesignedAircraft) -> dict[str, Any]:
         "cruise_kt": made.aircraft.performance.cruise_kt,
         "gain_db": min(float(m.gain_db) for m in margins),
         "phase_deg": min(float(m.phase_deg) for m in margins),
-        "height_m": max(leg["height_m"] for leg in legs if leg["kind"] == "hold"),
+        "height_m": max(leg["height_m"] or 0.0 for leg in legs if leg["kind"] == "hold"),
+        "glider": made.aircraft.performance.glider,
         "airspeed_kt": max(leg["airspeed_kt"] for leg in legs if leg["kind"] in ("climb", "descend")),
         "heading_deg": max(leg["heading_deg"] for leg in legs if leg["kind"] == "hold"),
         "legs": legs,
@@ -67,8 +69,9 @@ def page(results: list[dict[str, Any]]) -> str:
     text = HEAD.format(accepted=len(flown), count=len(results))
     for one in flown:
         gain = "–" if one["gain_db"] > 90.0 else f"{one['gain_db']:.0f}"
+        height = "–" if one.get("glider") else f"{one['height_m']:.1f}"
         text += (
-            f"| {one['model']} | {one['cruise_kt']:.0f} | {gain}, {one['phase_deg']:.0f} | {one['height_m']:.1f} | "
+            f"| {one['model']} | {one['cruise_kt']:.0f} | {gain}, {one['phase_deg']:.0f} | {height} | "
             f"{one['airspeed_kt']:.1f} | {one['heading_deg']:.2f} |\n"
         )
     text += TAIL

@@ -166,7 +166,7 @@ def findings(scenario: Tables) -> Iterator[Finding]:
     ground = 0.0 if flight.start.on == "air" else flight.start.altitude_m
     state = flight.at_start()
     if flight.start.on == "air":
-        yield from judge.airspeed("flight.start.airspeed_kt", "level flight", state.airspeed, state.altitude)
+        yield from judge.airspeed("flight.start.airspeed_kt", state.airspeed, state.altitude)
     for number, leg in enumerate(flight.legs, start=1):
         before = replace(state)
         seconds = leg.reckon(state)
@@ -200,17 +200,20 @@ class _Judge:
     def leg(self, name: str, leg: LegBase, before: DeadReckoning, after: DeadReckoning) -> Iterator[Finding]:
         """Judge a leg by the states before and after it."""
         if after.airspeed != before.airspeed:
-            yield from self.airspeed(f"{name}: airspeed_kt", "level flight", after.airspeed, after.altitude)
+            yield from self.airspeed(f"{name}: airspeed_kt", after.airspeed, after.altitude)
         bank = getattr(leg, "bank_deg", None)
         if bank is not None:
             yield from self.bank(name, bank, after.airspeed, after.altitude)
         if isinstance(leg, WaypointLeg):
             yield from self.route(name, leg, before)
+        elif after.altitude < before.altitude and self.performance.glider:
+            return  # its sink is not chosen
         elif after.altitude != before.altitude and hasattr(leg, "altitude_m"):
             yield from self.climb(name, leg, before, after)
 
-    def airspeed(self, name: str, what: str, airspeed: float, height: float) -> Iterator[Finding]:
-        """Judge an airspeed of level flight."""
+    def airspeed(self, name: str, airspeed: float, height: float) -> Iterator[Finding]:
+        """Judge an airspeed of level flight or of a glide."""
+        what = "a steady glide" if self.performance.glider else "level flight"
         speed = airspeed / KNOT
         slow, fast = speed_range(self.envelope, height)
         if not fast:
@@ -280,6 +283,9 @@ class _Judge:
 
     def above_ceiling(self, name: str, height: float, speed: float) -> Iterator[Finding]:
         """Judge a height to climb to."""
+        if self.performance.glider:
+            yield Finding(True, f"{name} = {height:g}: the {self.flight.aircraft} is a glider, which is lower by then.")
+            return
         if climb_rate(self.envelope, height, speed) > 0.0:
             return
         reached = ceiling(self.envelope, speed)

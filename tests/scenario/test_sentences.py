@@ -25,7 +25,9 @@ def judge(monkeypatch: pytest.MonkeyPatch) -> _Judge:
         ("descent_rate", lambda envelope, height, speed: 5.0 + height / 1e3),
     ):
         monkeypatch.setattr(planned_limits, name, of)
-    performance: Any = SimpleNamespace(max_load_factor_g=2.5, climb_mps=10.0, descent_mps=7.0, bank_deg=25.0)
+    performance: Any = SimpleNamespace(
+        max_load_factor_g=2.5, climb_mps=10.0, descent_mps=7.0, bank_deg=25.0, glider=False
+    )
     return _Judge(SimpleNamespace(aircraft="737"), None, performance)  # type: ignore[arg-type]
 
 
@@ -33,7 +35,7 @@ def test_airspeeds(judge: _Judge, monkeypatch: pytest.MonkeyPatch) -> None:
     """Three percent beyond the table are allowed: from 151.5 to 405.8 kt."""
 
     def said(knots: float, height: float = 6000.0) -> list[Finding]:
-        return list(judge.airspeed("flight.start.airspeed_kt", "level flight", knots * KNOT, height))
+        return list(judge.airspeed("flight.start.airspeed_kt", knots * KNOT, height))
 
     assert said(152.0) == said(405.0) == []
     text = "at 6000 m: level flight of the 737 (flaps up) is possible from 156 to 394 kt there."

@@ -1,8 +1,9 @@
 """The flight that an aircraft has to fly well before it is accepted, and its errors leg by leg.
 
 Climb, turns to both sides, lower and higher airspeed in level flight and descent are each followed by straight and
-level flight; a second flight meets a gust from the side and from below. The errors of a leg are the largest differences
-from what the leg holds: the height of a turn, the airspeed of a climb, all three in level flight.
+level flight; a glider descends first, and its height is not judged. A second flight meets a gust from the side and from
+below. The errors of a leg are the largest differences from what the leg holds: the height of a turn, the airspeed of a
+climb, all three in level flight.
 """
 
 from __future__ import annotations
@@ -80,17 +81,18 @@ def acceptance_plans(aircraft: str, performance: Performance, height: float) -> 
         performance: its usual speeds.
         height: height of the flights, m.
     """
-    cruise = performance.cruise_kt
+    cruise, glides = performance.cruise_kt, performance.glider
     rise = round(min(500.0, 80.0 * performance.climb_mps))
     legs: list[dict[str, Any]] = [{"type": "hold", "duration_s": _HOLD}]
     names = ["hold from the trim"]
+    descent = {"type": "descend", "altitude_m": height - 100.0 * performance.descent_mps if glides else height}
     for name, leg in (
-        ("climb", {"type": "climb", "altitude_m": height + rise}),
+        ("descent", descent) if glides else ("climb", {"type": "climb", "altitude_m": height + rise}),
         ("turn right", {"type": "turn", "angle_deg": 120.0, "direction": "right"}),
         ("turn left", {"type": "turn", "angle_deg": 180.0, "direction": "left"}),
         ("slower", {"type": "speed", "airspeed_kt": round(0.9 * cruise, 1)}),
         ("faster", {"type": "speed", "airspeed_kt": cruise}),
-        ("descent", {"type": "descend", "altitude_m": height}),
+        *(() if glides else (("descent", descent),)),
     ):
         legs += [{**leg, "timeout_s": _PATIENCE}, {"type": "hold", "duration_s": _HOLD}]
         names += [name, f"hold after {name}"]
@@ -112,12 +114,14 @@ def fly_acceptance(aircraft: str, performance: Performance, height: float) -> tu
     """
     errors: list[LegErrors] = []
     for plan, names in acceptance_plans(aircraft, performance, height):
-        errors += errors_of_legs(plan, fly_plan(plan), names)
+        errors += errors_of_legs(plan, fly_plan(plan), names, glides=performance.glider)
     return tuple(errors)
 
 
-def errors_of_legs(plan: FlightPlan, record: FlightRecord, names: list[str]) -> list[LegErrors]:
-    """Return the errors of each leg of a flown plan of `acceptance_plans`."""
+def errors_of_legs(
+    plan: FlightPlan, record: FlightRecord, names: list[str], *, glides: bool = False
+) -> list[LegErrors]:
+    """Return the errors of each leg of a flown plan of `acceptance_plans`, of a glider without those of the height."""
     from sinssim.earth.geodetic_coordinates import ecef_to_geodetic
 
     poses = np.frombuffer(record.poses).reshape(-1, 6)
@@ -144,7 +148,7 @@ def errors_of_legs(plan: FlightPlan, record: FlightRecord, names: list[str]) -> 
         kind = "gust" if name == "gust" else leg.type
         limits = LIMITS[kind]
         values = (height - level, airspeed - speed, (heading - course) / DEG, rates)
-        asked = (limits.height_m, limits.airspeed_kt, limits.heading_deg, limits.rate_deg_s)
+        asked = (None if glides else limits.height_m, limits.airspeed_kt, limits.heading_deg, limits.rate_deg_s)
         errors.append(LegErrors(name, kind, *(_largest(v[part], a) for v, a in zip(values, asked, strict=True))))
     return errors
 

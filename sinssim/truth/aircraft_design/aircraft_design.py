@@ -16,10 +16,11 @@ from sinssim.truth.aircraft_design.aircraft_file import aircraft_text
 from sinssim.truth.aircraft_design.linear_model import LATERAL, VERTICAL, FlownResponses, LinearModel
 from sinssim.truth.aircraft_design.loop_design import DesignPoint, LoopDesign, design_loops, engine_response
 from sinssim.truth.aircraft_design.model_survey import Survey, engine_words, find_model, survey
-from sinssim.truth.aircraft_design.trimmed_envelope import TrimmedModel, quick_envelope
+from sinssim.truth.aircraft_design.trimmed_envelope import TrimmedModel, glide_envelope, quick_envelope
 from sinssim.truth.flight.aircraft import Aircraft, AutopilotGains, Envelope, Performance, climb_rate, descent_rate
 from sinssim.truth.flight.atmosphere import Air
 from sinssim.truth.flight.flight_plan import FlightPlan
+from sinssim.truth.flight.jsbsim_model import quiet
 from sinssim.truth.motion import AT_REFERENCE_POINT
 from sinssim.units import KNOT
 
@@ -38,6 +39,7 @@ _PACES = (1.0, 0.6, 0.35)  # of the loops, over the fastest with the margins: wh
 _STEEPEST = 30.0  # climb and descent that are looked for before the thrust is known, degrees
 _ENVELOPE_TIME = 60.0  # [s]
 _TRIMS_PER_POINT = 12  # of the envelope: a climb and a descent at a height and airspeed, and a share of the ends
+_SLOWEST = 40.0  # airspeed that a leg accepts [kt]
 _HIGHEST = 18_000.0  # of the envelope: above, the air of the design is another [m]
 
 
@@ -114,13 +116,23 @@ class _Design:
         """Return the aircraft, its design, the height of its design and the errors of its flight."""
         height, speeds = self._level_flight()
         slow, fast = speeds[0], speeds[-1]
-        cruise = _rounded(max(1.3 * slow, min(1.8 * slow, 0.85 * fast)))
+        if self._facts.engines:
+            cruise = _rounded(max(1.3 * slow, min(1.8 * slow, 0.85 * fast)))
+        else:
+            cruise = _rounded(max(1.15 * slow, self._best_glide(height, speeds), _SLOWEST / 0.9))
+        if 0.9 * fast < _SLOWEST:
+            raise InputError(f"it flies at {fast:.0f} kt at most, too slowly for legs of {_SLOWEST:.0f} kt and more")
         cruise = cruise if cruise < fast else _rounded(0.5 * (slow + fast))
         self._change(performance=self._aircraft.performance.model_copy(update={"cruise_kt": cruise}))
         points = design_points(
-            str(self._folder), height, cruise, slow, fast, lambda text, part: self._report(text, 0.12 + 0.33 * part)
-        )
-        self._envelope(height, slow, fast, _steepest(points[0]))
+            str(self._folder), height, cruise, max(slow, _SLOWEST), fast,
+            lambda text, part: self._report(text, 0.12 + 0.33 * part),
+        )  # fmt: skip
+        if not self._facts.engines:
+            speeds, heights = sorted({*speeds, cruise}), [0.0, 0.5 * height, height]
+            self._change(envelope=glide_envelope(str(self._folder), heights, speeds))
+        else:
+            self._envelope(height, slow, fast, _steepest(points[0]))
         self._change(performance=self._performance(height))
         refusals = list[InputError]()
         for number, pace in enumerate(_PACES):
@@ -163,6 +175,11 @@ class _Design:
                 self._trim_time = (time.process_time() - begun) / len(tried)
                 if flown and max(flown) >= _RANGE * min(flown):
                     return height, flown
+            if not self._facts.engines:
+                raise InputError(
+                    f"it has no engine, and no steady glide between {tried[0]:.0f} and {tried[-1]:.0f} kt at heights "
+                    f"of {_HEIGHTS[-1]:.0f} to {_HEIGHTS[0]:.0f} m"
+                )
             thrust = max(0.0, model.full_thrust(_HEIGHTS[-1], tried[len(tried) // 2]))  # 0 of no number, too
         if thrust < _LEAST_THRUST:
             raise InputError(f"its engines give only {100.0 * thrust:.1f} % of its weight as thrust at full throttle")
@@ -170,6 +187,12 @@ class _Design:
             f"JSBSim trims no level flight between {tried[0]:.0f} and {tried[-1]:.0f} kt at heights of "
             f"{_HEIGHTS[-1]:.0f} to {_HEIGHTS[0]:.0f} m with its engines running"
         )
+
+    def _best_glide(self, height: float, speeds: list[float]) -> float:
+        """Return the airspeed with the least loss of height over way, kt."""
+        with quiet(), TrimmedModel(str(self._folder), _STEEPEST) as model:
+            sinks = {speed: sink for speed in speeds if (sink := model.sink(height, speed)) is not None}
+        return min(sinks, key=lambda speed: sinks[speed] / speed)
 
     def _envelope(self, height: float, slow: float, fast: float, steepest: float) -> None:
         """Measure the envelope on a grid as fine as the time allows."""
@@ -195,7 +218,9 @@ class _Design:
         assert envelope is not None
         cruise = known.cruise_kt
         climb, descent = climb_rate(envelope, height, cruise), descent_rate(envelope, height, cruise)
-        if climb < 0.5 or descent < 0.5:
+        if known.glider:  # its usual vertical speed is its sink, and half as much again as that accelerates it
+            climb = descent
+        if not known.glider and (climb < 0.5 or descent < 0.5):
             raise InputError(
                 f"it cannot climb and descend at its cruise of {cruise:.0f} kt and {height:.0f} m: {climb:.1f} m/s up "
                 f"and {descent:.1f} m/s down are its largest rates"
@@ -207,7 +232,7 @@ class _Design:
         return known.model_copy(
             update={
                 "climb_mps": _rounded(min(20.0, 0.4 * climb)),
-                "descent_mps": _rounded(min(20.0, 0.5 * descent)),
+                "descent_mps": _rounded(descent if known.glider else min(20.0, 0.5 * descent)),
                 "acceleration_mps2": _rounded(min(1.0, max(0.1, 0.5 * acceleration))),
                 "max_load_factor_g": _rounded(min(2.5, max(1.3, 0.7 * load))),
                 "bank_deg": 25.0 if load > 1.5 else 15.0,
@@ -268,7 +293,7 @@ def _linear(flown: FlownResponses, motion: tuple[tuple[str, ...], tuple[str, ...
 def _steepest(point: DesignPoint) -> float:
     """Return the angle up to which climbs and descents are looked for, degrees: half as much again as full or idle
     thrust changes the weight's share along the path, and 5° for the change of the drag with airspeed."""
-    _, thrust = engine_response(point.vertical)
+    _, thrust = engine_response(point.vertical) or (0.0, 0.0)
     throttle = point.trim.throttle
     share = min(0.8, max(throttle, 1.0 - throttle) * thrust / 9.80665)
     return min(60.0, 1.5 * math.degrees(math.asin(share)) + 5.0)
@@ -287,6 +312,7 @@ def _first_performance(facts: Survey) -> Performance:
     """Return what the survey gives: speeds by the stall's, the rest until the envelope is known."""
     return Performance(
         cruise_kt=_rounded(2.0 * facts.stall_kt),
+        glider=not facts.engines,
         stall_alpha_deg=facts.stall_alpha_deg,
         bank_deg=25.0,
         max_load_factor_g=2.5,  # of transport aircraft, CS-25.337
@@ -299,7 +325,7 @@ def _first_performance(facts: Survey) -> Performance:
         initial_climb_kt=_rounded(1.4 * facts.stall_kt),
         takeoff_flaps=0.0,
         retractable_gear=facts.retractable,
-        engine_start_s=30.0 if "turbine" in facts.engines[0] else 5.0,
+        engine_start_s=30.0 if any("turbine" in engine for engine in facts.engines) else 5.0,
         standing_height_m=facts.standing_height_m,
     )
 

@@ -42,6 +42,13 @@ _RULES = {
     "sideslip_gain": "least cost of a roll-in, with the margins",
     "sideslip_integral": "corner of 0.3 rad/s",
 }
+_RULES_OF_GLIDER = {
+    **_RULES,
+    "speed_gain": "airspeed to the sine of the descent: pole placement, damping 0.9",
+    "speed_integral": "by the same",
+    "climb_throttle": "gravity accelerates it",
+    "throttle_rate": "of no effect",
+}
 
 
 def aircraft_text(
@@ -65,7 +72,8 @@ def aircraft_text(
     if facts is not None:
         lines[:0] = [
             f"# Made by `sinssim aircraft add {facts.name}` from JSBSim's model: {facts.mass_kg:.0f} kg, wing "
-            f"{facts.wing_m2:.1f} m², {engine_words(len(facts.engines))} ({facts.engines[0]}).",
+            f"{facts.wing_m2:.1f} m², {engine_words(len(facts.engines))}"
+            f"{f' ({facts.engines[0]})' if facts.engines else ''}.",
         ]
     lines += ["", "[mounting]   # forward, right, down of the centre of gravity", *_table(data["mounting"])]
     if aircraft.model_changes:
@@ -76,16 +84,18 @@ def aircraft_text(
         lines += [f"{_value(path)} = {_value(text)}" for path, text in aircraft.model_changes.items()]
     lines += ["", "[performance]"]
     if facts is not None:
+        cruise = "is the best glide" if aircraft.performance.glider else "and rates are shares of the envelope"
         lines += [
-            "# Cruise and rates are shares of the envelope, the stall is 0.9 of the angle of greatest lift.",
+            f"# Cruise {cruise}, the stall is 0.9 of the angle of greatest lift.",
             "# The acceptance flight begins in the air: the keys of the ground follow from the stall's airspeed of "
             f"{facts.stall_kt:.0f} kt and are not flown.",
         ]
     lines += _table(data["performance"])
     lines += ["", "[autopilot]"]
     if design is not None:
-        lines += _margin_lines(design, height)
-    lines += _table(data["autopilot"], _RULES if design is not None else {})
+        lines += _margin_lines(design, height, glides=aircraft.performance.glider)
+    rules = _RULES_OF_GLIDER if aircraft.performance.glider else _RULES
+    lines += _table(data["autopilot"], rules if design is not None else {})
     if aircraft.envelope is not None:
         lines += ["", *_envelope_lines(aircraft.envelope)]
     if table := list(errors):
@@ -118,12 +128,13 @@ def _table(values: Mapping[str, object], rules: Mapping[str, str] | None = None)
     return [f"{key} = {_value(value)}{f'   # {notes[key]}' if key in notes else ''}" for key, value in values.items()]
 
 
-def _margin_lines(design: LoopDesign, height: float) -> list[str]:
+def _margin_lines(design: LoopDesign, height: float, *, glides: bool) -> list[str]:
     """Describe the rule of the gains and the margins that they leave."""
     lines = [
         f"# The largest gains that leave {LEAST_DB:g} dB and {LEAST_DEG:g}° at every trim of the linear models, "
         f"designed at {height:.0f} m.",
-        f"# Roll lag {design.roll_lag:.2f} s, thrust {design.thrust:.2f} m/s² with a lag of {design.engine_lag:.2f} s.",
+        f"# Roll lag {design.roll_lag:.2f} s, thrust {design.thrust:.2f} m/s² with a lag of {design.engine_lag:.2f} s"
+        f"{': those of gravity and of the path' if glides else ''}.",
     ]
     for entry in design.margins:
         m = entry.margins

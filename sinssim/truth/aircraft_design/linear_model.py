@@ -41,7 +41,7 @@ OUTPUTS = {
 LATERAL = (("aileron", "rudder"), ("p", "phi", "r", "beta"))
 """Inputs and outputs of the lateral motion."""
 VERTICAL = (("elevator", "throttle"), ("q", "theta", "alpha", "climb", "cas"))
-"""Inputs and outputs of the longitudinal motion."""
+"""Inputs and outputs of the longitudinal motion; a glider has no throttle."""
 _SCALES = {"climb": 0.1, "cas": 0.1}  # m/s beside rad and rad/s, so that each output counts in the singular values
 
 
@@ -83,7 +83,7 @@ class Trim:
     """What JSBSim's trim has found."""
 
     alpha: float  # rad
-    throttle: float
+    throttle: float  # 0 without an engine
     elevator: float
     tas: float  # m/s
     cas: float  # m/s
@@ -173,6 +173,8 @@ class FlownResponses:
     def linear(self, motion: tuple[tuple[str, ...], tuple[str, ...]], seconds: float) -> LinearModel:
         """Return the linear model of `LATERAL` or `VERTICAL` from responses of some seconds."""
         inputs, outputs = motion
+        if self._aircraft.performance.glider:
+            inputs = tuple(name for name in inputs if name != "throttle")
         count = round(seconds / INTERVAL)
         columns = []
         for name in inputs:
@@ -195,7 +197,9 @@ class FlownResponses:
 
 def _trim(executive: Any) -> Trim:
     return Trim(
-        executive["aero/alpha-rad"], executive["fcs/throttle-cmd-norm[0]"], executive["fcs/elevator-cmd-norm"],
+        executive["aero/alpha-rad"],
+        executive["fcs/throttle-cmd-norm[0]"] if executive.get_propulsion().get_num_engines() else 0.0,
+        executive["fcs/elevator-cmd-norm"],
         executive["velocities/vtrue-fps"] * FOOT, executive["velocities/vc-fps"] * FOOT,
         executive["attitude/theta-rad"],
     )  # fmt: skip

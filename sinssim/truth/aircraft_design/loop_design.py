@@ -158,11 +158,11 @@ def design_loops(
     bank_rate = min(1.2, 0.5 * lateral.bank_gain)
     roll_rate = math.degrees(_full_roll_rate(places[0])) / 5.0  # a fifth of what full aileron gives
     roll_rate = min(30.0, max(4.0, roll_rate))
-    engine_lag, thrust = engine_response(points[0].vertical)
     lag = lift_lag(points[0].vertical, points[0].trim)
     at_reference = min(3.0, lag * reference / points[0].trim.tas)
     load_time = min(1.5, max(0.6, 1.2 / max(crossover, 1e-3)))
     path_gain = min(0.7, 0.5 * pace / (load_time + 1.0 / max(crossover, 0.5)))  # 60° of phase with both lags
+    engine_lag, thrust = engine_response(points[0].vertical) or (1.0 / path_gain, G)
     natural = pace * min(math.sqrt(_SPEED_INTEGRAL * thrust), 0.3 / max(engine_lag, 1e-3))
     gains = AutopilotGains(
         reference_kt=_rounded(reference / KNOT, 4),
@@ -399,11 +399,14 @@ def _roll_in(
     return np.array(errors), np.array(slips)
 
 
-def engine_response(model: LinearModel) -> tuple[float, float]:
-    """Return the lag of the thrust behind the throttle, s, and the acceleration by its whole travel, m/s².
+def engine_response(model: LinearModel) -> tuple[float, float] | None:
+    """Return the lag of the thrust behind the throttle, s, and the acceleration by its whole travel, m/s²; None for a
+    glider: its descent accelerates it, by g times its sine, with the lag of the path.
 
     The acceleration is the largest of the airspeed in the response to the throttle, its lag the time to 63 % of that.
     """
+    if "throttle" not in model.inputs:
+        return None
     speed = model.step("throttle", round(8.0 / INTERVAL))[:, model.outputs.index("cas")]
     over = 15  # half a second
     change = (speed[over:] - speed[:-over]) / (over * INTERVAL)

@@ -38,7 +38,7 @@ class Survey:
 
     name: str
     title: str  # what the model calls itself
-    engines: tuple[str, ...]  # kind of each engine's file: "piston_engine", "turbine_engine" and so on
+    engines: tuple[str, ...]  # kind of each engine's file: "piston_engine" and so on; none of a glider
     mass_kg: float
     wing_m2: float
     lift_max: float  # greatest lift coefficient, controls and flaps neutral
@@ -126,8 +126,6 @@ def survey(place: Path) -> Survey:
     """
     root = _definition(place)
     engines = _engine_files(place, root)
-    if not engines:
-        raise InputError("it has no engine: level flight needs thrust")
     with quiet() as messages, Draft() as folder:
         executive = _loaded(place, root, Path(folder.path), messages)
         manager = executive.get_property_manager()
@@ -138,7 +136,7 @@ def survey(place: Path) -> Survey:
         weight, wing = executive["inertia/weight-lbs"] * _POUND, executive["metrics/Sw-sqft"] * FOOT**2
         if lift < _LEAST_LIFT or wing <= 0.0:
             raise InputError(
-                f"its wings do not lift it: the greatest lift coefficient is {max(lift, 0.0):.2f} with a wing of "
+                f"its wings do not lift it: the greatest lift coefficient is {max(lift, 0.0) + 0.0:.2f} with a wing of "
                 f"{wing:.1f} m²"
             )
         stall = math.sqrt(2.0 * weight * _G / (_DENSITY * wing * lift))
@@ -193,7 +191,8 @@ def _loaded(place: Path, root: ElementTree.Element, folder: Path, messages: list
             place.name, str(folder), str(package / "engine"), str(package / "systems")
         )
         if not loaded:
-            raise InputError(_reason(" ".join(messages)))
+            said = [line for line in "".join(messages).splitlines() if line.strip()]
+            raise InputError(_reason(" ".join(said[-1:])))
         executive.set_dt(STEP)
         executive.run_ic()
     except jsbsim.BaseError as error:

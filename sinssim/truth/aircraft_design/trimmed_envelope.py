@@ -17,7 +17,7 @@ from sinssim.system.files import Draft
 from sinssim.truth.flight.aircraft import Envelope, load_aircraft
 from sinssim.truth.flight.atmosphere import Air
 from sinssim.truth.flight.autopilot import G
-from sinssim.truth.flight.jsbsim_model import STEP, loaded_model, quiet, widen_trim
+from sinssim.truth.flight.jsbsim_model import STEP, loaded_model, quiet, trim_glide, widen_trim
 from sinssim.units import DEG, FOOT, KNOT
 
 _ROUNDS = 9  # bisections: 30° to 0.06°
@@ -77,6 +77,23 @@ def quick_envelope(
     )
 
 
+def glide_envelope(aircraft: str, heights: list[float], speeds: list[float]) -> Envelope:
+    """Compute the envelope of a glider at increasing heights, m, and airspeeds, kt: its rate of climb is that of its
+    sink, negative, at each airspeed."""
+    with quiet(), TrimmedModel(aircraft, 0.0) as model:
+        sinks = [[model.sink(height, speed) for speed in speeds] for height in heights]
+    ends = [[speed for speed, sink in zip(speeds, row, strict=True) if sink is not None] or [0.0] for row in sinks]
+    descents = _filled(sinks, heights)
+    return Envelope(
+        height_m=tuple(heights),
+        min_kt=tuple(flown[0] for flown in ends),
+        max_kt=tuple(flown[-1] for flown in ends),
+        airspeed_kt=tuple(speeds),
+        climb_mps=tuple(tuple(-sink for sink in row) for row in descents),
+        descent_mps=descents,
+    )
+
+
 def _filled(rows: list[list[float | None]], heights: list[float]) -> tuple[tuple[float, ...], ...]:
     """Fill in the values that could not be trimmed by the nearest ones of the same height."""
     filled = []
@@ -96,6 +113,7 @@ class TrimmedModel:
         self._name, self._steepest = name, steepest_deg
         self._aircraft = load_aircraft(name)
         performance = self._aircraft.performance
+        self._glides = performance.glider
         self._gear, self._stall = 0.0 if performance.retractable_gear else 1.0, performance.stall_alpha_deg
         self._folders = ExitStack()
 
@@ -112,14 +130,17 @@ class TrimmedModel:
         self._executive = loaded_model(self._name, self._aircraft, folder)
         widen_trim(self._executive, self._stall)
         self._executive.run_ic()  # computes the fuel
-        self._fuel = self._executive["propulsion/total-fuel-lbs"]
+        self._fuel = 0.0 if self._glides else self._executive["propulsion/total-fuel-lbs"]
 
     def flies(self, height: float, speed_kt: float, angle_deg: float) -> bool:
-        """Return whether steady flight at an angle of climb can be trimmed without stall."""
+        """Return whether steady flight at an angle of climb, which a glider does not choose, can be trimmed without
+        stall."""
         import jsbsim
 
         e = self._executive
         self._place(height, speed_kt, angle_deg)
+        if self._glides:
+            return trim_glide(e, self._stall)
         try:
             e.run_ic()
             e["propulsion/set-running"] = -1
@@ -154,6 +175,12 @@ class TrimmedModel:
         for _ in range(round(10.0 / STEP)):
             e.run()
         return float(sum(e[f"propulsion/engine[{i}]/thrust-lbs"] for i in engines) / e["inertia/weight-lbs"])
+
+    def sink(self, height: float, speed_kt: float) -> float | None:
+        """Return the rate of sink of a glide, m/s; None if it cannot be trimmed."""
+        if not self.flies(height, speed_kt, 0.0):
+            return None
+        return -_climb_speed(height, speed_kt, self._executive["ic/gamma-deg"])
 
     def steepest(self, height: float, speed_kt: float, sign: float) -> float | None:
         """Return the largest vertical speed up (sign 1) or down (−1), m/s, positive in that direction.

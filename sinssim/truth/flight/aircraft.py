@@ -24,12 +24,13 @@ class Performance(Section):
     """Usual speeds, limits and settings of the type."""
 
     cruise_kt: Positive  # usual airspeed, calibrated, kt
+    glider: bool = False  # whether it has no engine: the airspeed is held by pitch, and the height falls
     stall_alpha_deg: Positive  # angle of attack above which the aircraft counts as stalled, degrees
     bank_deg: Positive  # usual angle of bank, degrees
     # limits of the load factor for the autopilot, g
     max_load_factor_g: Positive
     min_load_factor_g: float = Field(le=0.9)
-    # usual vertical speeds, m/s
+    # usual vertical speeds, m/s; descent_mps of a glider is its rate of sink at cruise
     climb_mps: Positive
     descent_mps: Positive
     acceleration_mps2: Positive  # rate of change of airspeed, m/s²

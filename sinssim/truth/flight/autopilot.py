@@ -8,6 +8,9 @@ It has three loops, each with a reference that changes at rates usual for a pilo
 - vertical: height error → vertical speed → load factor → pitch rate → elevator. Load factor and pitch rate are related
   by the kinematics of the coordinated turn, q = (g/V)(n − cosθ cosφ), so that turns need no extra elevator term;
 - airspeed: throttle, with feedforward of the power for a climb or an acceleration.
+
+A glider has no height to hold: what would be its throttle is the sine of its descent, γ = −ḣ/V, whose whole travel
+accelerates it by g along its path, so that energy of height becomes that of speed.
 """
 
 from __future__ import annotations
@@ -102,6 +105,7 @@ class Autopilot:
         self._speed_step = performance.acceleration_mps2 * interval
         self._throttle_step = gains.throttle_rate * interval
         self._load_lag = interval / (0.5 * gains.load_time_s + interval)  # two in a row
+        self.glides = performance.glider
         self._load_max, self._load_min = performance.max_load_factor_g, performance.min_load_factor_g
 
         self.lateral, self.vertical = HEADING, HEIGHT
@@ -127,7 +131,7 @@ class Autopilot:
         self._bank_reference = self._roll_reference = self._roll_integral = 0.0
         self._climb_reference = self._pitch_integral = 0.0
         self._load_ahead = self._load_reference = 1.0
-        self._speed_reference = self._throttle_integral = self._rudder_integral = 0.0
+        self._speed_reference = self._throttle_integral = self._rudder_integral = self._descent = 0.0
 
     def engage(self, state: AircraftState, *, elevator: float, aileron: float, rudder: float, throttle: float) -> None:
         """Engage in trimmed flight with the trimmed settings, holding the current heading, height and airspeed."""
@@ -139,6 +143,8 @@ class Autopilot:
         self.aileron, self._roll_integral = aileron, aileron
         self.rudder, self._rudder_integral = rudder, rudder
         self.throttle, self._throttle_integral = throttle, throttle
+        if self.glides:
+            self._throttle_integral = self._descent = -state.climb / max(state.tas, 20.0)
 
     def resume(self, state: AircraftState) -> None:
         """Set the references to the aircraft's state, after a manoeuvre that they did not follow."""
@@ -195,17 +201,21 @@ class Autopilot:
         else:
             self.aileron = self.fixed_aileron
 
+    def _climb_to_height(self, m: AircraftState) -> float:
+        """Return the vertical speed towards the height, m/s."""
+        climb = self._gains.height_rate * (self.height - m.height)
+        limit = self.climb_limit
+        # At full throttle with the airspeed below its reference, the climb is reduced in favour of the airspeed.
+        margin = (m.cas - self._speed_reference + _SHORT) / (0.6 * _SHORT)
+        limit *= 1.0 if margin > 1.0 else margin if margin > 0.0 else 0.0
+        return limit if climb > limit else -self.descent_limit if climb < -self.descent_limit else climb
+
     def _load(self, m: AircraftState, tas: float, weight: float) -> float:
         """Return the load factor for the vertical target, by a vertical speed with limited acceleration."""
         k, dt = self._gains, self._dt
         cos_theta = cos(m.theta)
         if self.vertical == HEIGHT:
-            climb = k.height_rate * (self.height - m.height)
-            limit = self.climb_limit
-            # At full throttle with the airspeed below its reference, the climb is reduced in favour of the airspeed.
-            margin = (m.cas - self._speed_reference + _SHORT) / (0.6 * _SHORT)
-            limit *= 1.0 if margin > 1.0 else margin if margin > 0.0 else 0.0
-            climb = limit if climb > limit else -self.descent_limit if climb < -self.descent_limit else climb
+            climb = -self._descent * tas if self.glides else self._climb_to_height(m)
             change = climb - self._climb_reference
             step = self._climb_step
             change = step if change > step else -step if change < -step else change
@@ -247,7 +257,7 @@ class Autopilot:
             self.elevator = self.fixed_elevator
 
     def _power(self, m: AircraftState, tas: float) -> None:
-        """Set the throttle."""
+        """Set the throttle, or the descent of a glider."""
         k, dt, cas = self._gains, self._dt, m.cas
         if self.fixed_throttle is None:
             change = self.airspeed - self._speed_reference
@@ -258,10 +268,14 @@ class Autopilot:
                 cas + _SHORT if reference > cas + _SHORT else cas - _SHORT if reference < cas - _SHORT else reference
             )
             error = self._speed_reference - cas
-            ahead = k.climb_throttle * (self._climb_reference / tas + change / (dt * G))
+            climb = 0.0 if self.glides else self._climb_reference
+            ahead = k.climb_throttle * (climb / tas + change / (dt * G))
             throttle = self._throttle_integral + k.speed_gain * error + ahead
             if 0.0 < throttle < 1.0 or (throttle >= 1.0) == (error < 0.0):
                 self._throttle_integral += k.speed_integral * error * dt
+            if self.glides:
+                self._descent = 0.7 if throttle > 0.7 else -0.3 if throttle < -0.3 else throttle
+                return
         else:
             throttle = self.fixed_throttle
         throttle = 1.0 if throttle > 1.0 else 0.0 if throttle < 0.0 else throttle

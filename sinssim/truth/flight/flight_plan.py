@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, Union, get_args
 
+import numpy as np
 from pydantic import (
     AfterValidator,
     BeforeValidator,
@@ -358,7 +359,10 @@ class FlightPlan(Motion):
             plan.elapsed, plan.latitude, plan.longitude = begin.time, begin.latitude, begin.longitude
             plan.altitude = plan.altitude if "height" in ordered else begin.height
             plan.heading = plan.heading if "heading" in ordered else begin.heading
-            tracks.append(leg.planned(plan))
+            planned = leg.planned(plan)
+            if plan.performance.glider:  # its height is not planned
+                planned = tuple(replace(track, height=np.full_like(track.height, math.nan)) for track in planned)
+            tracks.append(planned)
             ordered = frozenset() if leg.ends == "runway" else leg.holds
         return tracks
 
@@ -433,7 +437,8 @@ def planned_path(flight: FlightPlan) -> PlannedPath:
 
     Within a leg time is shared out by the way over the ground.
     """
-    envelope = load_aircraft(flight.aircraft).envelope
+    aircraft = load_aircraft(flight.aircraft)
+    envelope = None if aircraft.performance.glider else aircraft.envelope
     plan = flight.at_start()
     path = PlannedPath([], [], [], [], [], [], [])
 

@@ -11,7 +11,10 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import numpy as np
+
 from sinssim.content import find_content
+from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.system.files import user_file
 from sinssim.truth.flight.aircraft import Aircraft, load_aircraft
@@ -34,6 +37,10 @@ _TRIMMED = (
     "fcs/pitch-trim-cmd-norm", "fcs/elevator-cmd-norm", "fcs/aileron-cmd-norm", "fcs/rudder-cmd-norm",
     "fcs/throttle-cmd-norm[0]", "fcs/throttle-cmd-norm[1]",
 )  # fmt: skip
+
+
+WITHOUT_ENGINE = frozenset({"fcs/throttle-cmd-norm", "propulsion/total-fuel-lbs"})
+"""Properties that a model without an engine lacks; their values are 0."""
 
 
 @contextmanager
@@ -161,7 +168,8 @@ def bring_to_start(executive: Any, flight: FlightPlan, aircraft: Aircraft, seed:
     executive["ic/long-gc-deg"] = (start.longitude_deg + 180.0) % 360.0 - 180.0
     executive["ic/psi-true-deg"] = start.heading_deg % 360.0
     executive["simulation/randomseed"] = seed % 2**31
-    executive["gear/gear-cmd-norm"] = executive["gear/gear-pos-norm"] = float(start.on == "runway")
+    extended = start.on == "runway" or not aircraft.performance.retractable_gear
+    executive["gear/gear-cmd-norm"] = executive["gear/gear-pos-norm"] = float(extended)
     if isinstance(start, AirStart):
         _trim_in_the_air(executive, start, aircraft, air.wind(start.altitude_m))
     else:
@@ -192,10 +200,47 @@ def widen_trim(executive: Any, stall_deg: float) -> bool:
     return True
 
 
+_GLIDE_ROUNDS = 40  # of the glide's trim, at most
+_GLIDE_STEP = (4.0, 6.0, 0.3)  # largest change of angle of attack, angle of climb, degrees, and elevator in a round
+_GLIDE_PROBE = (0.05, 0.05, 0.005)  # changes for the derivatives
+_STEADY = 1e-4  # of the accelerations, ft/s² and rad/s²
+
+
+def trim_glide(executive: Any, stall_deg: float, begin: tuple[float, float, float] = (3.0, -3.0, 0.0)) -> bool:
+    """Trim a steady glide at the airspeed and height of the initial conditions, which JSBSim's trim cannot: it balances
+    the drag by the throttle.
+
+    Newton's method finds angle of attack, angle of climb and elevator, from `begin`, degrees and fraction of full
+    travel, without forces forward and down and without pitching moment; a step that does not reduce them is halved.
+
+    Returns:
+        Whether there is such a glide below the stall, `stall_deg`; the model is then in it.
+    """
+
+    def accelerations(at: Array) -> Array:
+        executive["ic/gamma-deg"], executive["ic/alpha-deg"] = float(at[1]), float(at[0])
+        executive["fcs/elevator-cmd-norm"] = float(at[2])
+        executive.run_ic()
+        names = ("udot-ft_sec2", "wdot-ft_sec2", "qdot-rad_sec2")
+        return np.array([executive[f"accelerations/{name}"] for name in names])
+
+    at = np.array(begin)
+    left = accelerations(at)
+    for _ in range(_GLIDE_ROUNDS):
+        slopes = [(accelerations(at + step) - left) / step.sum() for step in np.diag(_GLIDE_PROBE)]
+        change = np.linalg.lstsq(np.array(slopes).T, -left, rcond=None)[0]
+        change *= min(1.0, *(most / max(abs(size), 1e-12) for most, size in zip(_GLIDE_STEP, change, strict=True)))
+        while np.abs(change).max() > 1e-9 and not np.linalg.norm(accelerations(at + change)) < np.linalg.norm(left):
+            change *= 0.5
+        at = at + change
+        left = accelerations(at)
+        if np.abs(left).max() < _STEADY:
+            return bool(at[0] < stall_deg and abs(at[2]) <= 1.0 and at[1] < 0.0)
+    return False
+
+
 def _trim_in_the_air(executive: Any, start: AirStart, aircraft: Aircraft, wind: WindVector) -> None:
     """Trim in calm air, then transfer the trimmed aircraft to the wind."""
-    import jsbsim
-
     airspeed_kt = start.airspeed_kt or aircraft.performance.cruise_kt
     best_attitude_integrators(executive)
     executive["ic/h-sl-ft"] = start.altitude_m / FOOT
@@ -206,15 +251,11 @@ def _trim_in_the_air(executive: Any, start: AirStart, aircraft: Aircraft, wind: 
     executive["ic/h-sl-ft"] = 2.0 * start.altitude_m / FOOT - executive["position/geod-alt-ft"]
     executive["ic/vc-kts"] = airspeed_kt
     executive.run_ic()
-    executive["propulsion/set-running"] = -1
-    try:
-        executive["simulation/do_simple_trim"] = 1
-    except jsbsim.BaseError:
-        if not widen_trim(executive, aircraft.performance.stall_alpha_deg):
-            raise
-        executive.run_ic()
-        executive["propulsion/set-running"] = -1
-        executive["simulation/do_simple_trim"] = 1
+    if aircraft.performance.glider:
+        if not trim_glide(executive, aircraft.performance.stall_alpha_deg):
+            raise InputError(f"there is no steady glide at {airspeed_kt:.0f} kt and {start.altitude_m:.0f} m.")
+    else:
+        _trim_level(executive, aircraft)
     if not any(wind):
         return
     commands = [name for name in _TRIMMED if executive.get_property_manager().hasNode(name)]
@@ -232,7 +273,23 @@ def _trim_in_the_air(executive: Any, start: AirStart, aircraft: Aircraft, wind: 
     executive["atmosphere/wind-down-fps"] = wind[2] / FOOT
     for name, value in settings.items():
         executive[name] = value
+    if not aircraft.performance.glider:
+        executive["propulsion/set-running"] = -1
+
+
+def _trim_level(executive: Any, aircraft: Aircraft) -> None:
+    """Trim level flight with the engines running."""
+    import jsbsim
+
     executive["propulsion/set-running"] = -1
+    try:
+        executive["simulation/do_simple_trim"] = 1
+    except jsbsim.BaseError:
+        if not widen_trim(executive, aircraft.performance.stall_alpha_deg):
+            raise
+        executive.run_ic()
+        executive["propulsion/set-running"] = -1
+        executive["simulation/do_simple_trim"] = 1
 
 
 def _settle_on_the_runway(executive: Any, start: RunwayStart, wind: WindVector) -> None:
@@ -336,7 +393,8 @@ class Monitor:
         units = range(executive.get_ground_reactions().get_num_gear_units())
         names = (f"{kind}/unit[{unit}]/WOW" for unit in units for kind in ("gear", "contact"))
         self._contacts = [manager.get_node(name).get_double_value for name in names if manager.hasNode(name)]
-        self._fuel = manager.get_node("propulsion/total-fuel-lbs").get_double_value
+        glides = aircraft.performance.glider
+        self._fuel = float if glides else manager.get_node("propulsion/total-fuel-lbs").get_double_value
         self._has_fuel = self._fuel() > 0.0
         self._stall = aircraft.performance.stall_alpha_deg * DEG
         self._stalled = 0

@@ -19,6 +19,7 @@ from sinssim.truth.flight.flight_log import CHANNELS, FlightRecord
 from sinssim.truth.flight.flight_plan import AirStart, FlightPlan, Gust, RunwayStart, Turbulence
 from sinssim.truth.flight.guidance import ENDED, Navigator, SolutionErrors
 from sinssim.truth.flight.jsbsim_model import (
+    WITHOUT_ENGINE,
     Engines,
     Monitor,
     best_attitude_integrators,
@@ -49,6 +50,8 @@ class _Link:
         manager = executive.get_property_manager()
 
         def read(name: str) -> Callable[[], float]:
+            if not manager.hasNode(name) and name in WITHOUT_ENGINE:
+                return float  # 0.0
             return manager.get_node(name).get_double_value  # type: ignore[no-any-return]
 
         def write(name: str) -> Callable[[float], Any]:
@@ -105,7 +108,9 @@ class _Link:
             self._navigator.slow(m)
         m.height_above_ground = FOOT * self._above_ground()
         m.on_wheels = self._wow() > 0.0
-        if self._pilot.engines:
+        if self._pilot.glides:
+            m.engines_running = self._pilot.engines
+        elif self._pilot.engines:
             m.engines_running = self._engines.running
         else:
             m.engines_running = not self._engines.stopped
@@ -309,9 +314,10 @@ class _Flight:
             elevator=commands["fcs/elevator-cmd-norm"],
             aileron=commands["fcs/aileron-cmd-norm"],
             rudder=commands["fcs/rudder-cmd-norm"],
-            throttle=commands["fcs/throttle-cmd-norm[0]"],
+            throttle=0.0 if pilot.glides else commands["fcs/throttle-cmd-norm[0]"],
         )
-        pilot.brakes = pilot.gear = float(not self._in_air)
+        pilot.brakes = float(not self._in_air)
+        pilot.gear = float(not self._in_air or not self._aircraft.performance.retractable_gear)
         if isinstance(start, RunwayStart):
             pilot.engines = start.engines == "running"
         else:

@@ -89,10 +89,16 @@ class DeadReckoning:
         ahead = share * self.true_airspeed() * seconds
         way = (ahead * math.cos(self.heading) + self.wind[0] * seconds,
                ahead * math.sin(self.heading) + self.wind[1] * seconds)  # fmt: skip
+        self._sink(seconds)
         self.move(*way)
         if self.ways is not None:
             self.ways.append(way)
         return seconds
+
+    def _sink(self, seconds: float) -> None:
+        """Let a glider sink at its usual rate for a time, s."""
+        if self.performance.glider:
+            self.altitude -= self.performance.descent_mps * seconds
 
     def climb(self, altitude: float, rate: float) -> float:
         """Climb or descend to a height straight ahead at a steady vertical speed, m/s, positive; return the duration,
@@ -103,7 +109,9 @@ class DeadReckoning:
             before = self.true_airspeed()
             self.altitude = altitude if number == steps - 1 else self.altitude + step
             after = self.true_airspeed()
+            level = self.altitude
             self.straight(whole / steps, 0.5 * (before + after) / after)
+            self.altitude = level  # a glider's sink is this descent
         return whole
 
     def turn_rate(self, bank_deg: float | None) -> float:
@@ -120,6 +128,7 @@ class DeadReckoning:
         if self.ways is not None:
             self.straight(self._rolling_in(angle, bank_deg))
         seconds = abs(angle) / self.turn_rate(bank_deg)
+        self._sink(seconds)
         self.turning += self.turning_of(angle, seconds, bank_deg)
         radius, start, end = self.true_airspeed() / self.turn_rate(bank_deg), self.heading, self.heading + angle
         radius = math.copysign(radius, angle)
@@ -335,8 +344,14 @@ def wait(state: AircraftState, until: float) -> Iterator[None]:
 
 
 def check_landing(legs: Sequence[LegBase], aircraft: str, performance: Performance) -> None:
-    """Raise for a landing of an aircraft whose description does not say how it lands."""
+    """Raise for a landing of an aircraft whose description does not say how it lands, and for a glider's legs that
+    need an engine."""
     for number, leg in enumerate(legs, start=1):
+        if performance.glider and (leg.begins == "runway" or leg.type == "climb"):
+            raise InputError(
+                f'flight.legs.{number} ({leg.type}): the aircraft {aircraft} is a glider: start with on = "air", and '
+                "let it descend."
+            )
         if leg.lands and performance.approach_kt is None:
             raise InputError(
                 f"flight.legs.{number} ({leg.type}): the aircraft {aircraft} cannot land, because its aircraft.toml "
@@ -356,7 +371,8 @@ def shortfall(
     """Compare the end in the air of a leg, named for example "leg 3 (climb)", with what it ordered; return a sentence
     with what is achieved and ordered, None where both agree. Turbulence moves the aircraft at any instant."""
     misses, more = [], _TURBULENT if turbulent else 1.0
-    if "height" in leg.holds and pilot.vertical == HEIGHT and abs(state.height - pilot.height) > more * _HEIGHT:
+    level = "height" in leg.holds and pilot.vertical == HEIGHT and not pilot.glides
+    if level and abs(state.height - pilot.height) > more * _HEIGHT:
         misses.append(f"the height is {state.height:.0f} m instead of {pilot.height:.0f} m")
     off = abs(state.cas - pilot.airspeed)
     if "airspeed" in leg.holds and off > more * max(_SPEED, _SPEED_SHARE * pilot.airspeed):

@@ -27,7 +27,7 @@ def test_the_models_of_the_package_are_listed(sinssim: Sinssim) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["aircraft", "add", "ball"], "the model ball cannot be flown: it has no engine: level flight needs thrust."),
+        (["aircraft", "add", "ball"], "the model ball cannot be flown: its wings do not lift it:"),
         (["aircraft", "add", "j3cub"], "unknown MODEL 'j3cub'. Did you mean 'J3Cub'?"),
         (["aircraft", "add", "kite", "--from", "models"], "the model kite cannot be flown: kite.xml is not XML: mis"),
         (["aircraft", "add", "kit", "--from", "models"], "--from models: there is neither kit/kit.xml nor kit.xml."),

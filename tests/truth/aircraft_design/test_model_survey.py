@@ -36,7 +36,7 @@ def test_the_models_of_the_package() -> None:
 @pytest.mark.parametrize(
     ("model", "words"),
     [
-        ("ball", "it has no engine: level flight needs thrust"),
+        ("ball", "its wings do not lift it: the greatest lift coefficient is 0.00"),
         ("L17", "it needs a simulator around it: the property fcs/flaps-pos-deg does not exist"),
         ("F450", "its wings do not lift it"),
     ],

@@ -28,7 +28,7 @@ class Executive(dict[str, float]):
 
 def model(flies: Callable[[float, float, float], bool] | None = None) -> Any:
     made = object.__new__(trimmed_envelope.TrimmedModel)
-    made._steepest, made._stall, made._gear, made._fuel = 30.0, 16.0, 1.0, 500.0
+    made._steepest, made._stall, made._gear, made._fuel, made._glides = 30.0, 16.0, 1.0, 500.0, False
     if flies is not None:
         made.flies = flies  # type: ignore[method-assign]
     return made
