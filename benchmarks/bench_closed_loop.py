@@ -15,7 +15,7 @@ from typing import TypeVar
 import sinssim
 from sinssim.scenario import Scenario, filter_model, load_scenario
 from sinssim.scenario.true_motion import true_motion
-from sinssim.simulation.closed_loop import apart, by_sections, closed_loop, solution_errors
+from sinssim.simulation.guided_passes import apart, by_sections, closed_loop, solution_errors
 from sinssim.strapdown.navigation_error import navigation_error
 
 CASES = {

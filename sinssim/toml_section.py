@@ -10,7 +10,7 @@ from pydantic import AfterValidator, ConfigDict, Field, ValidationError, model_v
 
 from sinssim.data import described
 from sinssim.errors import InputError, unknown_name
-from sinssim.toml_file import Table, report
+from sinssim.toml_mistakes import Table, report
 from sinssim.units import listed
 
 

@@ -10,7 +10,7 @@ import pytest
 from sinssim import units
 from sinssim.analyses.noise.noise_report import UNITS
 from sinssim.logs.column_names import UNITS_OF
-from sinssim.sensors.imu.datasheet_units import to_si
+from sinssim.sensors.imu.datasheet_lines import to_si
 from sinssim.statistics.circular_error import to_nmi_h
 
 ARCSEC = 4.848136811095360e-6  # rad

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from sinssim.lazy import on_first_use
+from sinssim.system import on_first_use
 
 if TYPE_CHECKING:
     from sinssim.alignment.alignment_budget import AVERAGED as AVERAGED

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, Self, Union, get_args, get_origin
 from pydantic import Field, ValidationError, model_validator
 
 from sinssim.errors import InputError, shortened, unknown_name
-from sinssim.toml_file import Table, describe
+from sinssim.toml_mistakes import Table, describe
 from sinssim.toml_section import Duration, Positive, Section, once
 
 MOST_RUNS = 10_000_000

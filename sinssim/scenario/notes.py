@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from sinssim.scenario.tables import Tables
 from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.aiding.gnss import Gnss
-from sinssim.sensors.imu.datasheet_units import to_si
+from sinssim.sensors.imu.datasheet_lines import to_si
 from sinssim.sensors.imu.error_term_table import CORRELATION_TIME, TERMS, of_triad
 from sinssim.sensors.imu.grades import find_grade
 from sinssim.sensors.imu.imu_section import Imu

@@ -40,7 +40,7 @@ from sinssim.sensors.imu.compensation import Compensation
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.system.extensions import Item, items_of
 from sinssim.system.registries import register, registered
-from sinssim.toml_file import ONE_OF_SEVERAL
+from sinssim.toml_mistakes import ONE_OF_SEVERAL
 from sinssim.toml_section import ExperimentFile, Moment, Section, known_name, once
 from sinssim.truth.flight.flight import Flight
 from sinssim.truth.motion import TrueEarth, TrueGravity

@@ -332,7 +332,7 @@ def test_what_is_absurdly_large_is_named_and_not_echoed(tmp_path: Path, text: st
 def test_no_more_mistakes_are_put_into_words_than_are_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Twenty thousand wrong numbers in one array took two seconds to describe."""
     described = []
-    monkeypatch.setattr("sinssim.toml_file._sentence", lambda error, *_: described.append(error) or str(error))
+    monkeypatch.setattr("sinssim.toml_mistakes._sentence", lambda error, *_: described.append(error) or str(error))
     message = mistake(tmp_path, FLIGHT.replace('"quaternion", "euler"', "1.5, " * 20_000))
     assert len(described) == 200
     assert "20000 mistakes:" in message

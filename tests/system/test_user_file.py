@@ -32,7 +32,6 @@ OWN = {
     "scenario/schema.py": "the summary of a run directory",
     "__main__.py": "the null device",
     "jit.py": "sources and kernels",
-    "lazy.py": "the names that packages offer",
 }
 """Modules that open files which sinssim itself wrote or ships."""
 

@@ -8,18 +8,15 @@ from pathlib import Path
 import numpy as np
 
 from sinssim.analyses.calibration.calibration_problem import (
-    Dwells,
     Estimate,
     Parameter,
     Task,
-    between,
-    detected,
     in_accelerometer_frame,
     make_task,
-    planned,
     values_of,
 )
 from sinssim.analyses.calibration.calibration_result import CalibrationResult
+from sinssim.analyses.calibration.turntable_dwells import Dwells, between, detected, planned
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError, unknown_name
 from sinssim.progress import Progress, shown

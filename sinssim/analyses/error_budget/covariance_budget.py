@@ -226,7 +226,7 @@ def _budget(
     """Compute a budget; see `budget`."""
     kind = check_kind(scenario, solution)
     check_times(scenario)
-    from sinssim.simulation.closed_loop import closed_loop, is_guided
+    from sinssim.simulation.guided_passes import closed_loop, is_guided
     from sinssim.simulation.truth_and_sensors import truth_along
 
     if scenario.filter is not None:

@@ -29,7 +29,7 @@ from sinssim.sensors.aiding_sensor import AidingReadings
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.simulation.aided_run import aid_run, readings_along
-from sinssim.simulation.closed_loop import is_guided
+from sinssim.simulation.guided_passes import is_guided
 from sinssim.simulation.navigation_stage import first_state, recorded_start
 from sinssim.simulation.recorded_filter_run import Prepared, aid_recorded, all_readings, prepare
 from sinssim.simulation.truth_and_sensors import RecordedMotion, sense, sense_recorded, truth_along

@@ -205,7 +205,8 @@ def allan(
             log, columns=columns, channels=tuple(channel or ()), start=start, end=end,
             correlation_time=correlation_time, progress=progress,
         )  # fmt: skip
-    from sinssim.analyses.noise.noise_exhibits import block_text, exhibits_of, save_report
+    from sinssim.analyses.noise.imu_table import block_text
+    from sinssim.analyses.noise.noise_exhibits import exhibits_of, save_report
 
     shows = not (imu or as_json or quiet)
     exhibits = exhibits_of(report) if shows or plot or record or out else None

@@ -414,7 +414,7 @@ def stream(
 
     with ExitStack() as stack:
         if guide:
-            from sinssim.simulation.closed_loop import LiveFlight
+            from sinssim.simulation.guided_passes import LiveFlight
 
             flight = LiveFlight(live_scenario(scenario, settings or (), form, rate, listens=heard is not None))
             packets = partial(live_packets, stack.enter_context(flight), start, math.isfinite(factor))

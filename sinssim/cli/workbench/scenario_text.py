@@ -13,7 +13,8 @@ from typing import Any
 from sinssim.errors import SinssimError, SinssimWarning
 from sinssim.scenario.load import scenario_of_text
 from sinssim.scenario.schema import Key, Scenario, key_tables, value_text
-from sinssim.toml_file import key_lines, key_parts, parse_toml
+from sinssim.toml_file import key_lines, parse_toml
+from sinssim.toml_mistakes import key_parts
 
 _checking = threading.RLock()
 """Warnings are caught, and own content is found, in one thread at a time."""

@@ -25,8 +25,8 @@ from sinssim.filters import SHIPPED
 from sinssim.scenario.ensemble_section import Choice, Normal, Uniform
 from sinssim.scenario.filter_model import with_first
 from sinssim.scenario.plan_summary import own_digests
-from sinssim.simulation.closed_loop import closed_loop, is_guided
 from sinssim.simulation.foreign_navigator import check_programs
+from sinssim.simulation.guided_passes import closed_loop, is_guided
 from sinssim.simulation.path_errors import check_path, path_columns
 from sinssim.simulation.truth_and_sensors import Truth, truth_along
 
@@ -85,7 +85,7 @@ class Member:
 
         from sinssim.errors import InputError
         from sinssim.scenario.ensemble_section import with_values
-        from sinssim.toml_file import report
+        from sinssim.toml_mistakes import report
 
         contents = with_values(self.base.contents(without=("ensemble",)), {"seed": self.seed, **self.values})
         try:

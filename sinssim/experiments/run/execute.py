@@ -248,7 +248,7 @@ class Execution:
     def _fly(self) -> tuple[Trajectory, Guided | None]:
         """Fly, and note whether the flight came from the cache; None for another motion."""
         from sinssim.scenario.true_motion import fly, true_motion
-        from sinssim.simulation.closed_loop import closed_loop, is_guided
+        from sinssim.simulation.guided_passes import closed_loop, is_guided
 
         flown: list[float] = []  # a cached flight jumps to 1
 

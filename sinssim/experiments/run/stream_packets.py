@@ -41,7 +41,7 @@ from sinssim.units import DEG, G0
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
-    from sinssim.simulation.closed_loop import LiveFlight
+    from sinssim.simulation.guided_passes import LiveFlight
     from sinssim.truth.flight.flight_log import FlightLog
 
 _INCREMENTS = tuple(f"{word}_{axis}_{unit}" for word, unit in (("dtheta", "rad"), ("dvel", "mps")) for axis in "xyz")

@@ -55,9 +55,12 @@ FORMATS = entries("formats", "format", {
     "ubx": ("nmea_ubx:UBX", "u-blox UBX: NAV-PVT, NAV-HPPOSLLH, NAV-COV, NAV-RELPOSNED (library pyubx2)"),
     "novatel": ("novatel:FORMAT", "NovAtel, Unicore: RAWIMU, BESTPOS, BESTVEL, INSPVA (binary by novatel-edie)"),
     "chc": ("nmea_ubx:CHC", "CHC CGI receivers: GPCHC sentences with IMU data and solution"),
-    "vbox": ("gnss_loggers:VBOX", "Racelogic VBOX (.vbo): fixes"),
-    "flysight": ("gnss_loggers:FLYSIGHT", "FlySight 2: TRACK.CSV with fixes, SENSOR.CSV with gyros and accelerometers"),
-    "android-gnss": ("gnss_loggers:ANDROID", "GnssLogger of Android: gyros, accelerometers, fixes"),
+    "vbox": ("vbox_flysight_android:VBOX", "Racelogic VBOX (.vbo): fixes"),
+    "flysight": (
+        "vbox_flysight_android:FLYSIGHT",
+        "FlySight 2: TRACK.CSV with fixes, SENSOR.CSV with gyros and accelerometers",
+    ),
+    "android-gnss": ("vbox_flysight_android:ANDROID", "GnssLogger of Android: gyros, accelerometers, fixes"),
     "ardupilot": ("px4_ardupilot:ARDUPILOT", "ArduPilot: DataFlash .bin and .log, text of mavlogdump: IMU, GPS"),
     "ulog": ("px4_ardupilot:ULOG", "PX4 ULog (library pyulog)"),
     "ros": ("ros_mcap:FORMAT", "ROS 1 and 2 bags, MCAP: Imu, NavSatFix, TwistStamped, Odometry (library rosbags)"),
@@ -75,7 +78,7 @@ FORMATS = entries("formats", "format", {
         "CSV or Parquet with named columns: time_s, latitude_deg, longitude_deg, height_m, …",
     ),
     "rtklib-pos": (
-        "gnss_loggers:RTKLIB",
+        "rtklib:RTKLIB",
         "solution of RTKLIB (.pos): dates or GPS weeks; positions geodetic or x, y, z",
     ),
 })  # fmt: skip
@@ -102,7 +105,7 @@ WRITERS = entries("writers", "format", {
     "psins": ("psins_gnss_ins_sim:PSINS_EXPORT", "PSINS: folder of .imu, .avp of the truth and of the fixes"),
     "gnss-ins-sim": ("psins_gnss_ins_sim:GNSS_INS_SIM_EXPORT", "folder of CSV files as gnss-ins-sim saves them"),
     "sbet": ("sbet_inertial_explorer:SBET_EXPORT", "Applanix SBET, 17 doubles per record"),
-    "rtklib-pos": ("gnss_loggers:RTKLIB_POS", "RTKLIB solution, .pos"),
+    "rtklib-pos": ("rtklib:RTKLIB_POS", "RTKLIB solution, .pos"),
     "nmea": ("nmea_ubx:NMEA_EXPORT", "NMEA 0183: GGA, RMC, and HDT with an attitude"),
     "mcap": ("ros_mcap:EXPORT", "MCAP with ROS 2 messages: Imu, NavSatFix, TwistStamped, Odometry"),
     "euroc": ("euroc_tum_kitti:EUROC_EXPORT", "EuRoC: folder mav0 with IMU and ground truth"),

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from sinssim.sensors.imu.error_term import (
+from sinssim.sensors.imu.datasheet_units import (
     ACCELERATION,
     ANGLE,
     ANGLE_WALK,
@@ -23,9 +23,9 @@ from sinssim.sensors.imu.error_term import (
     RATE,
     RATIO,
     VELOCITY_WALK,
-    ErrorTerm,
     per,
 )
+from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.units import DEG, DEG_H, G0, UG
 
 DTHETA_STEP, DVEL_STEP = 2.0**-52, 2.0**-46

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field, ValidationInfo, field_validator, mod
 
 from sinssim.data import Array
 from sinssim.errors import shortened
-from sinssim.sensors.imu.datasheet_units import not_absurd
+from sinssim.sensors.imu.datasheet_lines import not_absurd
 from sinssim.sensors.imu.imu_errors import Fault, FaultKind
 from sinssim.sensors.sets.sensor_set import MOST
 from sinssim.toml_section import NotNegative, Positive, Section

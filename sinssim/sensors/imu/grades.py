@@ -12,7 +12,7 @@ from pydantic import AfterValidator, Field, create_model
 
 from sinssim.content import find_content, list_content
 from sinssim.errors import InputError, nearest, shortened
-from sinssim.sensors.imu.datasheet_units import ErrorTable, to_si
+from sinssim.sensors.imu.datasheet_lines import ErrorTable, to_si
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.toml_file import read_toml, validate

@@ -26,7 +26,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.sensors.imu.datasheet_units import ErrorTable
+from sinssim.sensors.imu.datasheet_lines import ErrorTable
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS, of_triad
 from sinssim.sensors.imu.faults import ImuFault

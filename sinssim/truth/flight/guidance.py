@@ -2,7 +2,7 @@
 
 The errors of a navigation solution on another pass over the same plan are added to the present true motion. A flight
 that is repeated with the errors of the flight before converges to the one that its own navigator guides, because the
-errors depend weakly on the path (`sinssim.simulation.closed_loop`).
+errors depend weakly on the path (`sinssim.simulation.guided_passes`).
 """
 
 from __future__ import annotations

@@ -5,15 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.analyses.calibration.calibration_problem import (
-    TriadNoise,
-    covariance_of_integrals,
-    errors_of,
-    make_task,
-    planned,
-)
+from sinssim.analyses.calibration.calibration_problem import TriadNoise, covariance_of_integrals, errors_of, make_task
 from sinssim.analyses.calibration.separate_method import _spans, linearise, right_jacobian
 from sinssim.analyses.calibration.turntable_calibration import calibrate
+from sinssim.analyses.calibration.turntable_dwells import planned
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu_errors import ImuErrors

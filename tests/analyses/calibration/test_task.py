@@ -12,20 +12,19 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim.analyses.calibration.calibration_problem import (
-    Dwells,
     Estimate,
     Solution,
     errors_of,
     make_task,
     noise_of,
     parameters,
-    planned,
     values_of,
 )
 from sinssim.analyses.calibration.calibration_result import CalibrationResult, compensation_text
 from sinssim.analyses.calibration.separate_method import _first_trust
 from sinssim.analyses.calibration.systematic_method import _coarse, _levelled, arm_pull, linearise, steps
 from sinssim.analyses.calibration.turntable_calibration import _remarks, calibrate
+from sinssim.analyses.calibration.turntable_dwells import Dwells, planned
 from sinssim.data import ImuData
 from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.scenario import Scenario

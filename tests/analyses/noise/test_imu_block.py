@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sinssim.analyses.noise.noise_exhibits import _grade, block_text, imu_block
+from sinssim.analyses.noise.imu_table import _grade, block_text, imu_block
 from sinssim.analyses.noise.noise_report import noise_report
 from sinssim.cli.app import main
 from sinssim.errors import InputError

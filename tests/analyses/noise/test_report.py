@@ -76,7 +76,7 @@ def run(capsys, *arguments):
     return info.value.code or 0, captured.out, captured.err
 
 
-def test_every_channel_in_datasheet_units(report):
+def test_every_channel_in_datasheet_lines(report):
     found = report.to_json()
     assert found["duration_s"] == pytest.approx(2000.0)
     assert found["samples"] == COUNT

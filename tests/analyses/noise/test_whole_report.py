@@ -12,7 +12,7 @@ import pytest
 from scipy.stats import chi2
 
 from sinssim.analyses.noise.allan_deviation import AllanDeviation, confidence_band
-from sinssim.analyses.noise.noise_exhibits import ImuLine, block_text, imu_block
+from sinssim.analyses.noise.imu_table import ImuLine, block_text, imu_block
 from sinssim.analyses.noise.noise_fit import NoiseFit, TermEstimate
 from sinssim.analyses.noise.noise_report import (
     CHANNELS,

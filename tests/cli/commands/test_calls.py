@@ -106,7 +106,7 @@ def test_allan(sinssim: Sinssim, put: Put) -> None:
     exhibits = SimpleNamespace(figure="key", chosen=lambda key: f"charts {key}")
     made = put("analyses.noise.noise_exhibits.exhibits_of", exhibits)
     drawn = put("recording.figures.figure_of", "figure")
-    put("analyses.noise.noise_exhibits.block_text", "[imu]\n")
+    put("analyses.noise.imu_table.block_text", "[imu]\n")
     assert sinssim("allan", "log.csv") == ""
     assert (made.args[0], shown.args[0]) == (found, exhibits)
     options = ("--channel", "gyro", "--channel", "p=hPa", "--from", 3, "--to", 70, "--correlation-time", 40,

@@ -58,7 +58,7 @@ from sinssim.logs.stored_run import STATE_COLUMNS, RecordedRun
 from sinssim.scenario import filter_model
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.true_motion import true_motion
-from sinssim.simulation.closed_loop import LiveFlight, closed_loop
+from sinssim.simulation.guided_passes import LiveFlight, closed_loop
 from sinssim.simulation.navigator_protocol import BEGIN_TYPE
 from tests.cli.test_cli import call
 from tests.logs.short_run import CONTENTS

@@ -15,7 +15,7 @@ from sinssim.experiments.studies.trade_cells import cells_of, command_of, digest
 from sinssim.experiments.studies.trade_schema import Axis, TradeStudy
 from sinssim.scenario.load import load_scenario
 from tests.experiments.studies.trade_examples import AIDED, BIAS, GRADE, study
-from tests.simulation.test_closed_loop import plan
+from tests.simulation.test_guided_passes import plan
 
 
 def test_a_cell_is_its_command(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.logs import numeric_columns as number_table
-from sinssim.logs.formats import gnss_loggers, novatel, ros_mcap
+from sinssim.logs.formats import novatel, ros_mcap, vbox_flysight_android
 from sinssim.logs.formats import novatel as novatel_ascii
 from sinssim.logs.formats.euroc_tum_kitti import split_first, unit
 from sinssim.logs.formats.registry import read_file
@@ -144,7 +144,7 @@ def test_times_of_day_without_a_date(tmp_path: Path, first: str) -> None:
     )  # fmt: skip
     whole(found.fixes["gnss"], time=[46923.5, 46924.5], latitude_deg=[50.0, 50.025], longitude_deg=[10.0, 10.025],
           height=[12.5, 13.5], datum=found.fixes["gnss"].datum)  # fmt: skip
-    day, second = gnss_loggers._vbox_clock(np.array([130203.5, 130204.5]), "on 5.6.2023")
+    day, second = vbox_flysight_android._vbox_clock(np.array([130203.5, 130204.5]), "on 5.6.2023")
     # the GPS week 2265 began on Sunday, 4 June 2023; 18 leap seconds
     assert day.origin_gps_s == 2265 * 604800 + 86400 + 18
     np.testing.assert_allclose(second, [46923.5, 46924.5])

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim.logs.formats import csv_parquet_matlab, gpx_kml_geojson
-from sinssim.logs.formats.gnss_loggers import read_rtklib as read_pos
+from sinssim.logs.formats.rtklib import read_rtklib as read_pos
 from tests.logs.formats.whole import only, whole
 
 NAN = float("nan")

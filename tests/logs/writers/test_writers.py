@@ -15,7 +15,7 @@ import pytest
 
 from sinssim import rotation
 from sinssim.errors import InputError
-from sinssim.logs.formats import gnss_loggers
+from sinssim.logs.formats import rtklib
 from sinssim.logs.formats.registry import WRITERS, read_file
 from sinssim.logs.formats.run_export import Exported, export
 from sinssim.logs.recorded_streams import SolutionStream
@@ -281,7 +281,7 @@ def test_rtklib_velocity_is_positive_up(place: Path) -> None:
         solution=solution, solution_name="aided", run=SimpleNamespace(name="climb", fixes=()),
         stamps=lambda time: (np.full(len(time), 1_451_260_818), np.zeros(len(time), dtype=np.int64)),
     )  # fmt: skip
-    gnss_loggers.write_rtklib(content, place)  # type: ignore[arg-type]
+    rtklib.write_rtklib(content, place)  # type: ignore[arg-type]
     (row,) = (line.split() for line in place.read_text().splitlines() if not line.startswith("%"))
     assert [float(number) for number in row[-3:]] == [3.0, 4.0, 2.0]
 
@@ -439,5 +439,5 @@ def test_a_pos_file_has_all_decimals_of_the_time(ns: int, decimals: str, tmp_pat
         solution=solution, solution_name="truth", run=SimpleNamespace(fixes=(), name="run"),
         stamps=lambda time: (np.array([86_400 + 3]), np.array([ns])),
     )  # fmt: skip
-    gnss_loggers.write_rtklib(content, tmp_path / "run.pos")
+    rtklib.write_rtklib(content, tmp_path / "run.pos")
     assert (tmp_path / "run.pos").read_text().splitlines()[-1].startswith(f"1980/01/07 00:00:03{decimals} ")

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from sinssim.errors import InputError
 from sinssim.scenario.load import load_scenario
-from sinssim.sensors.imu.datasheet_units import line, to_si
+from sinssim.sensors.imu.datasheet_lines import line, to_si
 from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.sensors.imu.imu_section import Imu
 

@@ -11,7 +11,7 @@ import pytest
 from sinssim.errors import InputError
 from sinssim.scenario.load import load_scenario
 from sinssim.sensors import draw
-from sinssim.sensors.imu.datasheet_units import in_words
+from sinssim.sensors.imu.datasheet_lines import in_words
 from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.sensors.imu.grades import find_grade, grade_name
 from sinssim.sensors.imu.imu_section import Imu

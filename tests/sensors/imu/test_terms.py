@@ -8,7 +8,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from sinssim.sensors.imu.datasheet_units import to_si
+from sinssim.sensors.imu.datasheet_lines import to_si
 from sinssim.sensors.imu.error_term_table import FIELDS, SLOTS, TERMS
 from sinssim.sensors.imu.fields import TriadErrors
 from tests.sensors.imu import write_fields

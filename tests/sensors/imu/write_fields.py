@@ -32,7 +32,7 @@ from pydantic import Field
 
 from sinssim.arguments import numbers
 from sinssim.data import Array
-from sinssim.sensors.imu.datasheet_units import ErrorTable
+from sinssim.sensors.imu.datasheet_lines import ErrorTable
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import FIELDS, SLOTS
 from sinssim.toml_section import NotNegative, Positive

@@ -22,7 +22,7 @@ from sinssim.experiments.run.run_result import DrawnPath, Part
 from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import thinned
 from sinssim.recording.track_map import NOTE, Track, track_map
-from sinssim.simulation.closed_loop import air_sensors
+from sinssim.simulation.guided_passes import air_sensors
 from sinssim.simulation.navigation_stage import Navigated
 from sinssim.simulation.path_errors import (
     AXES,

@@ -20,8 +20,8 @@ from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError, RunError
 from sinssim.recording.page import page_of
 from sinssim.scenario import Scenario, filter_model, load_scenario
-from sinssim.simulation import closed_loop as closing
-from sinssim.simulation.closed_loop import NEAR, LiveFlight, apart, by_sections, closed_loop, solution_errors
+from sinssim.simulation import guided_passes as closing
+from sinssim.simulation.guided_passes import NEAR, LiveFlight, apart, by_sections, closed_loop, solution_errors
 from sinssim.simulation.path_errors import ending
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.flight.guidance import QUANTITIES as ALL
