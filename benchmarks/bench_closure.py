@@ -11,7 +11,7 @@ import argparse
 import math
 
 from sinssim import load_scenario
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 
 
 def main() -> None:

@@ -29,7 +29,7 @@ from sinssim import block_of, load_scenario
 from sinssim.data import ImuData, NavSolution, NavState
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.earth.gravity_disturbance import DisturbingField
-from sinssim.sensors.imu.encoder import encoders_of
+from sinssim.sensors.imu.rotation_encoder import encoders_of
 from sinssim.strapdown.navigate import navigate
 from sinssim.truth.motion import TrueGravity
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle

@@ -22,7 +22,7 @@ from typing import Any
 
 from benchmarks.bench_disk import environment
 from sinssim import load_scenario
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.jit import cache_root
 from sinssim.recording.page import page_of
 from sinssim.truth.flight import jsbsim_model

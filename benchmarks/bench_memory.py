@@ -8,7 +8,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.scenario import Scenario
 from sinssim.scenario.run_memory import needed_memory
 

@@ -102,7 +102,7 @@ BEYOND = (
         "",
         "Instantaneous rates, integrated by trapezoids, under coning: d' = κ² (½ a²Ω + d) − ½ a²Ω, κ = x/tan x, "
         "x = ΩT/2; rounding of rates: a random walk Q/√(12 T)",
-        ("sensors.imu.emulation.measured_increments", "experiments.run.execute.run"),
+        ("sensors.imu.emulation.measured_increments", "experiments.run.run_execution.run"),
         (
             "sensors/test_rates.py::test_instantaneous_rates_under_coning",
             "sensors/test_rates.py::test_filter_assumes_the_rounding_as_white_noise",

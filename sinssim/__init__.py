@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from sinssim.estimation.state_model import error_model as error_model
     from sinssim.experiments.ensembles.ensemble_result import EnsembleResult as EnsembleResult
     from sinssim.experiments.ensembles.ensemble_run import ensemble as ensemble
-    from sinssim.experiments.run.execute import run as run
     from sinssim.experiments.run.finished_runs import load_streams as load_streams
+    from sinssim.experiments.run.run_execution import run as run
     from sinssim.experiments.run.run_result import PlaneRun as PlaneRun
     from sinssim.experiments.run.run_result import Run as Run
     from sinssim.experiments.studies.study_results import StudyResult as StudyResult

@@ -146,7 +146,9 @@ def test_no_circle_of_files() -> None:
 def test_what_a_run_loads_before_its_flight_begins() -> None:
     """The flight is the long part: what comes after it is loaded while another process flies."""
     later = ("rerun", "pyarrow", "matplotlib", "filterpy", "jsbsim")
-    code = f"import sys, sinssim.experiments.run.execute; print([name for name in {later} if name in sys.modules])"
+    code = (
+        f"import sys, sinssim.experiments.run.run_execution; print([name for name in {later} if name in sys.modules])"
+    )
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
 
 

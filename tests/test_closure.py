@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sinssim import ImuData, NavState, navigate
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.scenario import load_scenario
 from tests.oracles.s_turn import STurn
 

@@ -46,8 +46,8 @@ from sinssim.recording.rerun.viewer import _is_timed
 from sinssim.scenario import load_scenario
 from sinssim.scenario.overrides import parse_value
 from sinssim.scenario.true_motion import fly
-from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu_errors import _check_triad
+from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.laser_gyro import detuning, path_change
 from sinssim.sensors.sets.fault_detection import threshold
 from sinssim.simulation.foreign_navigator import VARIABLE, check_permission, check_programs

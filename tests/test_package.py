@@ -33,7 +33,7 @@ def test_unknown_name() -> None:
 
 
 def test_names_are_those_of_their_homes() -> None:
-    assert sinssim.run is importlib.import_module("sinssim.experiments.run.execute").run
+    assert sinssim.run is importlib.import_module("sinssim.experiments.run.run_execution").run
     assert sinssim.navigate is importlib.import_module("sinssim.strapdown.navigate").navigate
     assert sinssim.fly is importlib.import_module("sinssim.scenario.true_motion").fly
 

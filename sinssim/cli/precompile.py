@@ -21,7 +21,7 @@ from sinssim.analyses.calibration.turntable_calibration import calibrate
 from sinssim.analyses.error_budget.covariance_budget import budget
 from sinssim.content import list_content, package_content
 from sinssim.experiments.ensembles.batch_navigation import navigate_batch
-from sinssim.experiments.run.execute import rehearse, run
+from sinssim.experiments.run.run_execution import rehearse, run
 from sinssim.experiments.studies.step_cost import DATA_HZ, timed_data
 from sinssim.experiments.studies.study_schema import Study
 from sinssim.experiments.study import load_study

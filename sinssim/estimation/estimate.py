@@ -38,7 +38,7 @@ from sinssim.estimation.smoother import smooth as smoothed
 from sinssim.estimation.state_model import ErrorModel
 from sinssim.filters import LINEAR, SHIPPED
 from sinssim.sensors.imu.compensation import MeanGyroRates
-from sinssim.sensors.imu.encoder import Encoders
+from sinssim.sensors.imu.rotation_encoder import Encoders
 from sinssim.sensors.measurement_kind import CORE
 from sinssim.sensors.vibration_noise import AddedNoise, vibration
 from sinssim.strapdown.frames.transverse_route import route_along

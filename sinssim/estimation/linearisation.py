@@ -32,8 +32,8 @@ from sinssim.estimation.measurement_epochs import CheckedMeasurements, Epochs
 from sinssim.estimation.state_model import INERTIAL, ErrorModel
 from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.sensors.imu.compensation import MeanGyroRates
-from sinssim.sensors.imu.encoder import Encoders
 from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.imu.rotation_encoder import Encoders
 from sinssim.sensors.measurement_kind import CORE, PHI, Comparison, MeasurementKind, V, earth_rate
 from sinssim.sensors.vibration_noise import AddedNoise
 from sinssim.strapdown.navigation_error import POLAR_LIMIT, carried

@@ -23,7 +23,7 @@ from sinssim.units import ARCSEC, MGAL
 
 if TYPE_CHECKING:
     from sinssim.logs.reference_solution import Reference
-    from sinssim.sensors.imu.encoder import Encoders
+    from sinssim.sensors.imu.rotation_encoder import Encoders
     from sinssim.sensors.sets.fault_detection import Monitored
     from sinssim.sensors.sets.sensor_readings import Readings
     from sinssim.strapdown.gimballed_platform import PlatformSolution

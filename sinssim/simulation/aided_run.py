@@ -31,7 +31,7 @@ from sinssim.scenario.run_memory import ROWS
 from sinssim.scenario.true_motion import block_of, known_field, mounting, unknown_disturbance
 from sinssim.sensors.aiding.land_vehicle import LandVehicle
 from sinssim.sensors.aiding_sensor import AidingReadings, Vehicle
-from sinssim.sensors.imu.encoder import Encoders, encoders_of, turned_in
+from sinssim.sensors.imu.rotation_encoder import Encoders, encoders_of, turned_in
 from sinssim.sensors.vibration_noise import AddedNoise, vibration, vibration_noise
 from sinssim.simulation.truth_comparison import Aided, InertialParameters, compare_with_truth
 from sinssim.strapdown.navigation_error import axes_along

@@ -173,7 +173,7 @@ def turned(setup: Setup) -> Setup:
     """
     if setup.scenario.imu.rotation is None or not isinstance(setup.truth, Truth):
         return setup
-    from sinssim.sensors.imu.encoder import encoders_of, turned_in
+    from sinssim.sensors.imu.rotation_encoder import encoders_of, turned_in
 
     block, time = setup.truth.block, setup.imu.time
     encoders = encoders_of(block, None if setup.errors is None else setup.errors.encoders, time)

@@ -18,8 +18,8 @@ from sinssim.estimation.linearisation import rows_of, solution_of
 from sinssim.estimation.state_model import INERTIAL, NAVIGATION, crossing_time, values_of
 from sinssim.filters import GRAVITY
 from sinssim.sensors.aiding_sensor import AidingReadings
-from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.sets.fault_detection import combine
 from sinssim.sensors.sets.redundant_errors import combined_errors
 from sinssim.sensors.sets.sensor_readings import TrueErrors

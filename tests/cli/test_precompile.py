@@ -20,7 +20,7 @@ from sinssim.frames import FRAMES
 from sinssim.jit import compilation
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu.grades import GRADES
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 
 def kept():
     return sum(1 for _ in Path(os.environ["SINSSIM_CACHE"]).rglob("*.nbc"))

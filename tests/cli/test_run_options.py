@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from sinssim import ImuData, navigate
 from sinssim.data import DROPPED, FROZEN
 from sinssim.errors import InputError
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.frames import FRAMES
 from sinssim.recording.result import flagged_words
 from sinssim.scenario import Scenario, load_scenario

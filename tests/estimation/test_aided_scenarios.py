@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.experiments.run.run_result import RunResult
 from sinssim.scenario import Scenario, load_scenario
 from tests.slow import slow

@@ -12,7 +12,7 @@ from sinssim.data import Measurements
 from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.state_model import error_model
-from sinssim.experiments.run.execute import run as run_scenario
+from sinssim.experiments.run.run_execution import run as run_scenario
 from sinssim.frames import FRAMES
 from sinssim.scenario import load_scenario
 from sinssim.strapdown.mechanization import Mechanization

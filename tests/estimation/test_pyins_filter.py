@@ -21,7 +21,7 @@ from sinssim.estimation.consistency import nees
 from sinssim.estimation.error_dynamics import dynamics, transition
 from sinssim.estimation.linearisation import motion
 from sinssim.estimation.linearisation import rows_of as states_at
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.experiments.run.run_result import Run
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.sensors.imu.imu_errors import ImuErrors

@@ -12,7 +12,7 @@ from sinssim.data import Measurements, NavState
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.estimation.linearisation import Prediction, observe
 from sinssim.estimation.state_model import Block, ErrorModel
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.scenario import Scenario
 
 TURNING = {"type": "indexed", "rate_deg_s": 15.0, "ramp_s": 1.0, "dwell_s": 10.0}

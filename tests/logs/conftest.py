@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.logs.formats.registry import DEFAULT_START
 from sinssim.logs.gps_time import parse_date
 from sinssim.logs.solution_score import Judge

@@ -8,7 +8,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.scenario.schema import Scenario
 
 CONTENTS = {

@@ -19,7 +19,7 @@ import pytest
 
 from sinssim.data import Array
 from sinssim.earth.gravity import gravity_ned
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.logs.formats.registry import DEFAULT_START
 from sinssim.logs.formats.run_export import export
 from sinssim.logs.gps_time import parse_date

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.logs.formats.registry import DEFAULT_START, read_file
 from sinssim.logs.formats.run_export import export
 from sinssim.logs.gps_time import parse_date

@@ -114,6 +114,6 @@ def run_until(how: str, directory: Path, count: int) -> None:
             time.sleep(2.0)  # the main thread of a loaded machine takes a while to see the signal
 
         sinssim.strapdown.measured_attitude.navigate = navigate
-    from sinssim.experiments.run.execute import run
+    from sinssim.experiments.run.run_execution import run
 
     run(scenario(detail="full"), directory, overwrite=True)

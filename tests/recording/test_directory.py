@@ -17,8 +17,8 @@ from scipy.stats import chi2
 
 from sinssim.data import NavSolution, NavState
 from sinssim.errors import InputError, RunError
-from sinssim.experiments.run.execute import run
 from sinssim.experiments.run.finished_runs import load_streams
+from sinssim.experiments.run.run_execution import run
 from sinssim.experiments.studies.algorithm_comparison import compare
 from sinssim.experiments.study import load_study
 from sinssim.recording.rerun import rrd
@@ -55,9 +55,9 @@ def recorded(tmp_path_factory):
 @pytest.fixture
 def short(monkeypatch):
     """A short run, whose report takes longer than the rest of it and is left out."""
-    monkeypatch.setattr("sinssim.experiments.run.execute.page_of", lambda _: "")
-    monkeypatch.setattr("sinssim.experiments.run.execute.first_sections", lambda *_: [])
-    monkeypatch.setattr("sinssim.experiments.run.execute.run_exhibits", lambda *_: None)
+    monkeypatch.setattr("sinssim.experiments.run.run_execution.page_of", lambda _: "")
+    monkeypatch.setattr("sinssim.experiments.run.run_execution.first_sections", lambda *_: [])
+    monkeypatch.setattr("sinssim.experiments.run.run_execution.run_exhibits", lambda *_: None)
     return fake_run.install(300, monkeypatch.setattr)
 
 

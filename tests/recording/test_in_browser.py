@@ -15,7 +15,7 @@ import pytest
 from PIL import Image
 
 from sinssim.cli import app as cli
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from tests.browser import CHROMIUM, Page, file_address
 from tests.experiments.ensembles.examples import scenario
 from tests.recording import fake_run

@@ -19,7 +19,7 @@ from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.experiments.run import run_scores
 from sinssim.experiments.run import run_scores as score
-from sinssim.experiments.run.execute import PlaneMedia
+from sinssim.experiments.run.run_execution import PlaneMedia
 from sinssim.experiments.run.run_result import PlaneRun
 from sinssim.experiments.run.run_streams import streams_of_run
 from sinssim.experiments.studies import study_exhibits as study

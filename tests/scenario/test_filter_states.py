@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.run.execute import run
 from sinssim.experiments.run.filter_summary import sentences
+from sinssim.experiments.run.run_execution import run
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.filter_model import LEFT_OUT, choice, excitation, hints, notes, states, weights, with_states
 from sinssim.scenario.filter_section import FILTER_STATES

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from sinssim.analyses.error_budget.covariance_budget import budget
 from sinssim.errors import InputError
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.scenario import Scenario
 from sinssim.scenario.filter_section import AidingSection, FilterSection
 

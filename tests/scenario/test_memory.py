@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.scenario import Scenario
 from sinssim.scenario.run_memory import check_memory, needed_memory
 

@@ -16,8 +16,8 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 from sinssim.errors import RunError
-from sinssim.experiments.run.execute import run
 from sinssim.experiments.run.one_component_exhibits import numbers, plane_brief
+from sinssim.experiments.run.run_execution import run
 from sinssim.recording.console import show_items
 from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import load_view

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from sinssim import earth
 from sinssim.earth.ellipsoids import WGS84
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.scenario.schema import Scenario
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.units import ARCMIN, DEG_H, UG

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.run.execute import RunMedia, about, keep
 from sinssim.experiments.run.parts import judged_outages
+from sinssim.experiments.run.run_execution import RunMedia, about, keep
 from sinssim.experiments.run.run_result import Run
 from sinssim.recording.result import RunDirectory
 from sinssim.simulation import recorded_filter_run

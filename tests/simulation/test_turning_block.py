@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sinssim import rotation
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.experiments.run.run_result import Run
 from sinssim.scenario.schema import Scenario
 from sinssim.strapdown.navigation_error import NavError

@@ -11,7 +11,7 @@ import pytest
 
 from sinssim.data import ImuData
 from sinssim.earth.ellipsoids import WGS84
-from sinssim.experiments.run import execute
+from sinssim.experiments.run import run_execution
 from sinssim.experiments.run.parts import phases
 from sinssim.scenario import Scenario
 from sinssim.simulation import navigation_stage
@@ -37,7 +37,7 @@ def test_a_cached_flight_is_there_at_once(
     monkeypatch.setattr("sinssim.scenario.true_motion.fly", fly)
     by_truth = SimpleNamespace(guidance=SimpleNamespace(source="truth"))
     scenario: Any = SimpleNamespace(flight=by_truth if flown else None, recording=None)
-    execution = execute.Execution(scenario, None, Stages(lambda stage, fraction: told.append((stage, fraction))))
+    execution = run_execution.Execution(scenario, None, Stages(lambda stage, fraction: told.append((stage, fraction))))
     assert execution._fly() == (trajectory, None)
     assert execution._found == {"flight_cached": cached}
     assert told == [("flight", 0.0), *(("flight", f) for f in fractions), ("flight", 1.0)]
@@ -47,16 +47,16 @@ def test_the_sources_of_a_phase_are_those_of_its_solution(monkeypatch: pytest.Mo
     """The budget without the filter belongs to the algorithm, that with it to the aided solution."""
     budgets = {"inertial": "none of the algorithm", "filter": "none of the filter"}
     monkeypatch.setattr(phases, "budgets_of_phases", lambda run, phases: budgets)
-    monkeypatch.setattr(execute, "first_sections", lambda run, kinds: None)
-    monkeypatch.setattr(execute, "run_exhibits", lambda run, summary, drawn: "exhibits")
-    monkeypatch.setattr(execute, "page_of", lambda exhibits: "page")
+    monkeypatch.setattr(run_execution, "first_sections", lambda run, kinds: None)
+    monkeypatch.setattr(run_execution, "run_exhibits", lambda run, summary, drawn: "exhibits")
+    monkeypatch.setattr(run_execution, "page_of", lambda exhibits: "page")
     legs = [{"type": "stop", "duration_s": 12.0}, {"type": "straight", "distance_m": 60.0, "speed_mps": 8.0}]
     drive = {"latitude_deg": 47.0, "longitude_deg": 8.0, "road": "smooth", "legs": legs}
     scenario = Scenario.model_validate(
         {"name": "m", "drive": drive, "imu": {"grade": "laser-navigation", "rate_hz": 20}, "aiding": {"gnss": {}},
          "filter": {}, "recording": {"keep": "report"}}
     )  # fmt: skip
-    run = execute.run(scenario, tmp_path / "run")
+    run = run_execution.run(scenario, tmp_path / "run")
     found = {name: {row["no_sources"] for row in rows} for name, rows in run.summary["phases"].items()}
     assert found == {"quaternion": {"none of the algorithm"}, "aided": {"none of the filter"}}
     for rows_of in run.summary["phases"].values():
@@ -95,8 +95,8 @@ def test_a_run_on_recorded_sensors(monkeypatch: pytest.MonkeyPatch) -> None:
     logged = SimpleNamespace(
         **{name: getattr(own, name) for name in type(own).model_fields if name != "log"}, log="log"
     )
-    monkeypatch.setattr(execute, "about", lambda scenario, clock, status: {})
-    run = execute.Execution(logged, None, Stages(lambda stage, fraction: None)).run()  # type: ignore[arg-type]
+    monkeypatch.setattr(run_execution, "about", lambda scenario, clock, status: {})
+    run = run_execution.Execution(logged, None, Stages(lambda stage, fraction: None)).run()  # type: ignore[arg-type]
     motion = seen["truth"]
     assert seen["imu"] is imu
     assert seen["errors"] is None

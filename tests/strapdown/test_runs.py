@@ -15,8 +15,8 @@ import tomli_w
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.ensembles.ensemble_execution import errors_of_runs
 from sinssim.experiments.ensembles.ensemble_plan import TruthCache, make_plan
-from sinssim.experiments.run.execute import run
 from sinssim.experiments.run.finished_runs import load_streams
+from sinssim.experiments.run.run_execution import run
 from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import all_views
 from sinssim.scenario import Scenario, load_scenario

@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim.errors import InputError
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.plan_summary import plan_lines
 from sinssim.scenario.planned_limits import expected_duration

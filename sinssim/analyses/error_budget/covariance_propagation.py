@@ -53,8 +53,8 @@ from sinssim.estimation.linearisation import (
 from sinssim.estimation.measurement_epochs import Branches, CheckedMeasurements, take_in
 from sinssim.estimation.state_model import Block, ErrorModel
 from sinssim.sensors.aiding_registry import measurement_kind
-from sinssim.sensors.imu.encoder import encoders_of
 from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.imu.rotation_encoder import encoders_of
 from sinssim.sensors.measurement_kind import CORE, PHI, V
 
 

@@ -2,7 +2,7 @@
 
 The angles of a rotating IMU enter the vehicle's attitude alone, and directly: an error b of the angle about an axis a
 of the rotation, in north-east-down axes, is an attitude error φ = a b. The noise and the step of the encoders
-(`sinssim.sensors.imu.encoder`) count with σ² and Q²/12. A filter compares the readings of its sensors with the
+(`sinssim.sensors.imu.rotation_encoder`) count with σ² and Q²/12. A filter compares the readings of its sensors with the
 vehicle's attitude, so that the error acts on them, too.
 """
 
@@ -21,10 +21,10 @@ from sinssim.data import Array, Measurements
 from sinssim.errors import InputError
 from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.sensors.aiding_sensor import AidingSensor, Vehicle
-from sinssim.sensors.imu.encoder import EncoderErrors, draw_encoders, encoders_of
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.sensors.imu.imu_section import OF_THE_RING
+from sinssim.sensors.imu.rotation_encoder import EncoderErrors, draw_encoders, encoders_of
 from sinssim.sensors.sets.redundant_errors import axes_of_values, spread
 from sinssim.sensors.sets.sensor_set import Redundant, estimator
 from sinssim.truth.motions.imu_rotation import TurningBlock

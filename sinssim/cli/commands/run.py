@@ -143,7 +143,7 @@ def run(
     _check_view(plan, view, live=live)
     directory = out or Path("runs") / plan.name
     check_place(directory.resolve(), overwrite)
-    from sinssim.experiments.run.execute import run
+    from sinssim.experiments.run.run_execution import run
 
     with _noted(suggestion, scenario), _viewer(live) as viewer:
         result = run(plan, directory, overwrite=overwrite, require=wanted, progress=has_bars(quiet), viewer=viewer)

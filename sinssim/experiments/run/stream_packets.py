@@ -164,7 +164,7 @@ def computed(
     *, progress: bool = False,
 ) -> Iterator[Streamed]:  # fmt: skip
     """Yield what a run of a scenario sends, which is computed, along a flight that has been flown if one is given."""
-    from sinssim.experiments.run.execute import run
+    from sinssim.experiments.run.run_execution import run
 
     with Draft(name="stream") as folder:
         place = run(scenario, folder.path / scenario.name, progress=progress, flown=flown).directory

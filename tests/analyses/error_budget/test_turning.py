@@ -13,7 +13,7 @@ from sinssim.analyses.error_budget.covariance_budget import budget
 from sinssim.data import Array
 from sinssim.experiments.ensembles.ensemble_execution import errors_of_runs
 from sinssim.experiments.ensembles.ensemble_plan import TruthCache, make_plan
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.scenario import Scenario
 from tests.analyses.error_budget.worlds import ALLOWED, aided_ensemble, scenario, standard_errors
 from tests.slow import slow

@@ -37,7 +37,7 @@ Sinssim = Callable[..., str]
 
 @pytest.fixture
 def put(monkeypatch: pytest.MonkeyPatch) -> Put:
-    """Return a function that puts a `Called` in place of a name, such as "sinssim.experiments.run.execute.run"."""
+    """Return a function that puts a `Called` in place of a name, such as "experiments.run.run_execution.run"."""
 
     def place(name: str, value: Any = None) -> Called:
         module, called = f"sinssim.{name}".rsplit(".", 1)[0], Called(value)

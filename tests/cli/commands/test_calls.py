@@ -25,7 +25,7 @@ SUMMARY = {"name": "µ", "value": 1.5}
 
 def test_run(sinssim: Sinssim, put: Put) -> None:
     """The summary is named if there is no report; the recording only if there is one."""
-    ran = put("experiments.run.execute.run", SimpleNamespace(summary=SUMMARY))
+    ran = put("experiments.run.run_execution.run", SimpleNamespace(summary=SUMMARY))
     brief, opened = put("experiments.run.run_report.brief", "brief"), put("recording.rerun.viewer.open_viewer")
     shown = put("recording.console.show_items")
     assert sinssim("run", "parked") == report("runs/parked") + view("runs/parked")
@@ -57,7 +57,7 @@ def test_run(sinssim: Sinssim, put: Put) -> None:
 
 
 def test_run_with_recorded_files(sinssim: Sinssim, put: Put, tmp_path: Path) -> None:
-    put("experiments.run.execute.run", SimpleNamespace(summary=SUMMARY))
+    put("experiments.run.run_execution.run", SimpleNamespace(summary=SUMMARY))
     put("experiments.run.run_report.brief")
     put("recording.console.show_items")
     put("analyses.inspection.inspected_files.are_raw", True)

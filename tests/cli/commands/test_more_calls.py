@@ -200,10 +200,10 @@ def test_an_error_of_a_command_is_told_with_its_notes(sinssim: Sinssim, monkeypa
         error.add_note("It is in place.")
         raise error
 
-    monkeypatch.setattr("sinssim.experiments.run.execute.run", fail)
+    monkeypatch.setattr("sinssim.experiments.run.run_execution.run", fail)
     assert sinssim("run", "parked", code=2) == "sinssim: It is wrong. It is in place.\n"
     monkeypatch.setattr(
-        "sinssim.experiments.run.execute.run", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt)
+        "sinssim.experiments.run.run_execution.run", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt)
     )
     assert sinssim("run", "parked", code=130) == "Interrupted. Nothing had been recorded.\n"
 

@@ -14,9 +14,9 @@ import pytest
 
 from sinssim.cli import app as cli
 from sinssim.errors import InputError
-from sinssim.experiments.run.execute import run
 from sinssim.experiments.run.finished_runs import FinishedRun, load_streams, runs_in
 from sinssim.experiments.run.run_comparison import compare_runs, comparison_exhibits
+from sinssim.experiments.run.run_execution import run
 from sinssim.recording.page import page_of
 from sinssim.scenario.schema import Scenario
 from tests.recording import fake_run

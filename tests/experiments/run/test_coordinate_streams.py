@@ -13,7 +13,7 @@ import pytest
 from sinssim import data, earth, rotation
 from sinssim.data import Array, NavSolution
 from sinssim.errors import InputError
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.experiments.run.run_streams import CoordinateStreams
 from sinssim.recording.streams import Stream
 from sinssim.scenario import Scenario

@@ -15,8 +15,8 @@ from rerun.chunk import RrdReader
 
 from sinssim.estimation import BLOCKS
 from sinssim.experiments.run import filter_summary
-from sinssim.experiments.run.execute import run
 from sinssim.experiments.run.filter_summary import for_people, sentences
+from sinssim.experiments.run.run_execution import run
 from sinssim.experiments.run.run_streams import state_columns
 from sinssim.recording import style
 from sinssim.recording.rerun.viewer import find_run_info

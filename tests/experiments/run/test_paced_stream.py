@@ -32,8 +32,8 @@ from sinssim.cli.commands.finished_runs import _scored_answers
 from sinssim.data import ImuData, NavState
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.run import paced_stream
-from sinssim.experiments.run.execute import run as run_scenario
 from sinssim.experiments.run.paced_stream import columns_of_answers, pace_of, place_of, scored, send_at_pace
+from sinssim.experiments.run.run_execution import run as run_scenario
 from sinssim.experiments.run.stream_packets import (
     FORMS,
     Packet,

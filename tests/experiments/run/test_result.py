@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.experiments.run.run_result import Reached, Run
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu import compensation, emulation, imu_errors

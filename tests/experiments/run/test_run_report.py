@@ -19,8 +19,8 @@ from sinssim.errors import RunError
 from sinssim.exhibits import Sentence
 from sinssim.experiments.run import run_report
 from sinssim.experiments.run.error_exhibits import schuler_period
-from sinssim.experiments.run.execute import run
 from sinssim.experiments.run.motion_exhibits import _source
+from sinssim.experiments.run.run_execution import run
 from sinssim.experiments.run.run_report import run_exhibits
 from sinssim.experiments.run.run_result import Reached
 from sinssim.recording import style

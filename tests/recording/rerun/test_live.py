@@ -14,7 +14,7 @@ import psutil
 import pytest
 from rerun.chunk import RrdReader
 
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.recording.rerun import rrd
 from sinssim.recording.rerun import viewer as viewers
 from sinssim.recording.rerun.viewer import LiveViewer

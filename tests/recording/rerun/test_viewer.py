@@ -21,7 +21,7 @@ import rerun_cli
 from rerun.experimental import ViewerClient
 
 from sinssim.errors import InputError, RunError
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.recording.rerun import viewer
 from sinssim.recording.rerun.viewer import without_other_machines
 from tests.fork import Fork

@@ -14,7 +14,7 @@ from rerun.chunk import RrdReader
 
 from sinssim import content
 from sinssim.errors import InputError
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.recording.rerun.viewer import find_recording, find_run_info
 from sinssim.recording.rerun.views import RunInfo, all_views, load_view, view_names
 from tests.recording import fake_run

@@ -10,10 +10,10 @@ import pytest
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.sensors.imu.emulation import emulate
-from sinssim.sensors.imu.encoder import EncoderErrors, Encoders, draw_encoders, read_angles
-from sinssim.sensors.imu.fields import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu, draw
+from sinssim.sensors.imu.rotation_encoder import EncoderErrors, Encoders, draw_encoders, read_angles
 from sinssim.sensors.sets.redundant_errors import noise_variance
 from sinssim.sensors.sets.sensor_readings import draw_attitude_sensor, draw_platform, torquer_sigma
 from sinssim.sensors.sets.sensor_set import READY, checked_directions, dilution

@@ -12,8 +12,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from sinssim.errors import InputError, RunError
-from sinssim.experiments.run.execute import run
 from sinssim.experiments.run.parts.redundancy import sentences as redundancy_sentences
+from sinssim.experiments.run.run_execution import run
 from sinssim.recording.rerun.viewer import find_run_info
 from sinssim.recording.rerun.views import all_views
 from sinssim.scenario import Scenario, load_scenario

@@ -11,7 +11,7 @@ import pytest
 import tomli_w
 
 from sinssim.errors import InputError
-from sinssim.experiments.run.execute import run
+from sinssim.experiments.run.run_execution import run
 from sinssim.experiments.run.run_result import RunResult
 from sinssim.experiments.run.sensor_exhibits import sensor_errors
 from sinssim.scenario import Scenario, load_scenario

@@ -27,7 +27,7 @@ from sinssim.strapdown.platform_theory import ACCELEROMETERS, GYROS, START, TORQ
 from sinssim.units import ANGLE_SCALE, DEG, LENGTH_SCALE, fixed, number_text
 
 if TYPE_CHECKING:
-    from sinssim.sensors.imu.encoder import Encoders
+    from sinssim.sensors.imu.rotation_encoder import Encoders
     from sinssim.sensors.sets.sensor_readings import PlatformErrors
     from sinssim.strapdown.gimballed_platform import PlatformSolution
     from sinssim.strapdown.navigation_error import NavError
@@ -364,7 +364,7 @@ class Rotation(Part[RotationNumbers]):
     @cached_property
     def encoders(self) -> Encoders:
         """The encoders of the rotating IMU."""
-        from sinssim.sensors.imu.encoder import encoders_of
+        from sinssim.sensors.imu.rotation_encoder import encoders_of
 
         truth, errors = self.run.truth, self.run.sensed.errors
         assert isinstance(truth, Truth)
