@@ -68,9 +68,8 @@ class InnovationMonitor:
         self._sum += z
         while self._past[0][0] < time - self._interval:
             self._sum -= self._past.popleft()[1]
-        whole = (
-            time - self._past[0][0] > 0.5 * self._interval
-        )  # few of them, at its beginning, would see the gate's work
+        # at the beginning there are few innovations, whose sum would show the gate's work
+        whole = time - self._past[0][0] > 0.5 * self._interval
         return whole and float(self._sum @ self._sum) / len(self._past) > self._bound
 
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from filterpy.kalman import KalmanFilter
@@ -28,9 +28,6 @@ from sinssim.data import Array
 from sinssim.estimation.filter_result import Divergence
 from sinssim.estimation.innovation_gate import Innovation
 from sinssim.estimation.linearisation import Linearisation, Observed
-
-if TYPE_CHECKING:
-    pass
 
 
 class ErrorFilter:

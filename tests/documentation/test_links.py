@@ -1,4 +1,4 @@
-"""Every link of the pages leads to a file and a heading, and the navigation of the site holds every page."""
+"""Every link of the pages leads to a file and a heading, the site shows every table and list, and holds every page."""
 
 from __future__ import annotations
 
@@ -41,6 +41,16 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert target.is_relative_to(ROOT), f"{name(page)}: {link}"
         if anchor:
             assert anchor in _anchors(target), f"{name(page)}: {link}"
+
+
+_BLOCK = re.compile(r"^(?!\||[-#\s]|\d+\. ).+\n(\||- |1\. )", re.MULTILINE)
+"""A line of a paragraph, and after it the first line of a table or a list."""
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_tables_and_lists_begin_after_an_empty_line(page: Path) -> None:
+    """The site takes them for a part of the paragraph otherwise; Git hosts do not."""
+    assert [match[0] for match in _BLOCK.finditer(_without_code(page))] == []
 
 
 _PATH = re.compile(r"`([\w.-]+(?:/[\w.-]+)*(?:/|\.py|\.md|\.toml))`")

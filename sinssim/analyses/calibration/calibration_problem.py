@@ -1,7 +1,6 @@
 """A calibration to compute: its inputs, its parameters, and their least squares.
 
-The assumed noise is white noise, bias
-instability, and quantisation.
+The assumed noise is white noise, bias instability, and quantisation.
 
 Parameters. The model is that of the emulator (`sinssim.sensors.imu.emulation`, stages 1, 2 and 4): y = (1 + k)(u + M u)
 + b for each triad, and the places of the accelerometers. The separate method refers all of it to the axes of the
