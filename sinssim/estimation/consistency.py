@@ -328,35 +328,35 @@ _ROUNDING = 1e-13
 def _nees_of_run(model: ErrorModel, history: History, errors: Array) -> Iterator[tuple[str, ChiSquare]]:
     """Yield the NEES of all states and of each block."""
     e, p = errors - history.state, history.covariance
-    known = np.einsum("kii->ki", p).min(axis=0, initial=np.inf) <= 0.0  # states without any uncertainty
+    unknown = np.einsum("kii->ki", p).min(axis=0, initial=np.inf) > 0.0  # states with an uncertainty
     if not len(e) or not np.isfinite(e).all():
         return
     thinned: dict[int, tuple[NDArray[np.intp], Array]] = {}
-    for name, part in ((ALL, slice(0, model.size)), *model.slices.items()):
-        states = np.arange(model.size)[part][~known[part]]
-        if not len(states):
+    for name, every in ((ALL, np.vstack(list(model.compared.values()))), *model.compared.items()):
+        seen = every[np.any(every[:, unknown], axis=1)]
+        if not len(seen):
             continue
-        step = math.ceil(len(e) * len(states) / _ROWS)
+        step = math.ceil(len(e) * len(seen) / _ROWS)
         if step not in thinned:
             rows = np.arange(len(e) - 1, -1, -step)[::-1]
             thinned[step] = rows, _thinned(history.decay[1:], rows)
         rows, decay = thinned[step]
         try:
-            yield name, _of_block(name, e[rows], p[rows], decay, states)
+            yield name, _of_block(name, e[rows], p[rows], decay, seen)
         except np.linalg.LinAlgError:  # linearly dependent states: their errors have no density
             continue
 
 
-def _of_block(name: str, e: Array, p: Array, decay: Array, states: NDArray[np.intp]) -> ChiSquare:
+def _of_block(name: str, e: Array, p: Array, decay: Array, seen: Array) -> ChiSquare:
+    """Return the NEES of what a matrix, (m, n), makes of the states."""
     count, n = e.shape
-    size = len(states)
-    block = p[:, states][:, :, states]
+    size = len(seen)
+    block = seen @ p @ seen.T
     scale = np.sqrt(np.einsum("kii->ki", block))
     root = np.linalg.cholesky(block / (scale[:, :, None] * scale[:, None, :]))
     if np.min(np.einsum("kii->ki", root)) ** 2 < _ROUNDING:
         raise np.linalg.LinAlgError("the states depend linearly on each other to rounding")
-    b = np.zeros((count, size, n))
-    b[:, :, states] = np.linalg.inv(root) / scale[:, None, :]
+    b = (np.linalg.inv(root) / scale[:, None, :]) @ seen
     covariance = np.eye(count * size)
     since = np.empty((n, count * size))
     for k in range(count):  # (2), the lower triangle
@@ -365,7 +365,7 @@ def _of_block(name: str, e: Array, p: Array, decay: Array, states: NDArray[np.in
         since[:, k * size : (k + 1) * size] = p[k] @ b[k].T
         covariance[k * size : (k + 1) * size, : k * size] = b[k] @ since[:, : k * size]
     weights = np.asarray(np.linalg.eigvalsh(covariance), dtype=np.float64)
-    squares = float(np.sum(nees(e[:, states], block)))
+    squares = float(np.sum(nees(e @ seen.T, block)))
     return weighted_test(f"NEES, {name}", squares, weights[weights > 0.0])
 
 

@@ -42,7 +42,7 @@ import numpy as np
 from sinssim import earth, rotation
 from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
-from sinssim.estimation.state_model import INERTIAL, ErrorModel, places_of
+from sinssim.estimation.state_model import FLICKER, INERTIAL, ErrorModel, places_of
 from sinssim.filters import GRAVITY
 from sinssim.sensors.measurement_kind import CORE, PHI, R, V, earth_rate, earth_rate_slope, skew
 from sinssim.strapdown.navigation_error import turn_of_north
@@ -78,7 +78,7 @@ def reading_error(model: ErrorModel, triad: str, reading: Array, force: Array) -
     """
     out = np.zeros((len(reading), 3, model.size))
     for name, where in model.slices.items():
-        if name == f"{triad} instability":
+        if name.startswith((f"{triad} instability", f"{triad} {FLICKER} ")):
             out[:, :, where] = np.eye(3)
         if name.startswith(f"{triad} ") and (term := INERTIAL.get(name)) is not None:
             inputs = np.broadcast_to(term.inputs(reading, force), (len(reading), *term.shape))

@@ -10,11 +10,11 @@ from sinssim import earth
 from sinssim.alignment.alignment_in_motion import align_by_course, align_in_motion
 from sinssim.alignment.initial_conditions import STATES, aligned_at_rest, initial_covariance
 from sinssim.data import Array, ImuData, Measurements, NavState
-from sinssim.estimation.state_model import ErrorModel
+from sinssim.estimation.state_model import FLICKER, Block, ErrorModel
 from sinssim.filters import GRAVITY
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.imu_keys import TriadErrors
-from sinssim.sensors.measurement_kind import PHI
+from sinssim.sensors.measurement_kind import CORE, PHI
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,11 @@ def at_rest(
     covariance = model.covariance.copy()
     covariance[np.ix_(places, places)] = initial_covariance(
         determination,
-        replace(sigma, gyro=_as_bias(sigma.gyro, "gyro", model), accel=_as_bias(sigma.accel, "accelerometer", model)),
+        replace(
+            sigma,
+            gyro=_as_bias(sigma.gyro, "gyro", model, seconds),
+            accel=_as_bias(sigma.accel, "accelerometer", model, seconds),
+        ),
         seconds,
         height=float(initial.height),
         latitude=float(initial.latitude),
@@ -61,6 +65,8 @@ def at_rest(
         states=tied,
         still=still,
     )
+    for name in ("gyro", "accelerometer"):
+        _share_bias(covariance, model, name, _slow(model, name, seconds))
     if GRAVITY in model.slices:
         _add_plumb_line(covariance, model.slices[GRAVITY], float(initial.latitude), float(initial.height))
     return Start(_from(imu, count), state, covariance)
@@ -79,13 +85,46 @@ def _add_plumb_line(covariance: Array, of_gravity: slice, latitude: float, heigh
     covariance[of_gravity, PHI] = unknown @ tilted.T
 
 
-def _as_bias(triad: TriadErrors, name: str, model: ErrorModel) -> TriadErrors:
-    """Return a triad's errors with everything that the model's bias represents as a bias, as it is in the mean."""
+def _slow(model: ErrorModel, name: str, seconds: float) -> list[Block]:
+    """Return the processes of a triad's flicker that an alignment sees as a bias."""
+    names = model.sums.get(f"{name} {FLICKER}", ())
+    return [block for block in model.blocks if block.name in names and block.correlation_time > seconds]
+
+
+def _as_bias(triad: TriadErrors, name: str, model: ErrorModel, seconds: float) -> TriadErrors:
+    """Return a triad's errors with everything that the model's bias represents as a bias, as it is in the mean.
+
+    Slow processes of flicker are part of it, and the mean of the others, of which Σ 2σ²τ is the density, is noise.
+    """
     where = model.slices.get(f"{name} bias")
     if where is None:
         return triad
-    none = np.zeros(3)
-    return replace(triad, bias=model.sigma[where], bias_temperature=none, ramp=none, flicker=0.0)
+    none, slow = np.zeros(3), _slow(model, name, seconds)
+    fast = [b for b in model.blocks if b.name in model.sums.get(f"{name} {FLICKER}", ()) and b not in slow]
+    white = sum(2.0 * float(np.max(b.sigma)) ** 2 * b.correlation_time for b in fast)
+    bias = np.sqrt(model.sigma[where] ** 2 + sum(np.square(b.sigma) for b in slow))
+    return replace(
+        triad,
+        bias=bias,
+        bias_temperature=none,
+        ramp=none,
+        flicker=0.0,
+        random_walk=np.hypot(triad.random_walk, white**0.5),
+    )
+
+
+def _share_bias(covariance: Array, model: ErrorModel, name: str, slow: list[Block]) -> None:
+    """Give each slow process of flicker its share of the covariance with what is determined as one bias."""
+    where = model.slices.get(f"{name} bias")
+    if where is None or not slow:
+        return
+    tied = covariance[:CORE, where].copy()
+    own = model.sigma[where] ** 2
+    whole = own + sum(np.square(block.sigma) for block in slow)
+    for part, share in ((where, own), *((model.slices[b.name], np.square(b.sigma)) for b in slow)):
+        covariance[:CORE, part] = tied * np.divide(share, whole, out=np.zeros(3), where=whole > 0.0)
+        covariance[part, :CORE] = covariance[:CORE, part].T
+        covariance[part, part] = np.diag(np.broadcast_to(share, 3))
 
 
 def in_motion(

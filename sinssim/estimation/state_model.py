@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -45,8 +45,13 @@ _LARGEST_OWN = {" delay": 5e-3, " time offset": 5e-3, " mounting": 1e-2}
 """The same for a delay [s] and for the mounting of a land vehicle [rad]: the second-order effects are below 0.3 mm at
 20 m/s², and below 2 mm/s at 30 m/s."""
 
+MOST_PROCESSES = 9
+"""Most processes of a triad's flicker noise: nine decades."""
+
 NAVIGATION = ("position", "velocity", "attitude")
 """The first blocks of every model, in this order."""
+
+_PROCESSES = tuple(f"flicker {k + 1}" for k in range(MOST_PROCESSES))
 
 BLOCKS: dict[str, tuple[tuple[str, ...], str]] = {
     "position": (_NED, "m"),
@@ -70,13 +75,19 @@ BLOCKS: dict[str, tuple[tuple[str, ...], str]] = {
         for triad in ("gyro", "accelerometer")
     },
     "accelerometer cross-axis": (_ANGLES, "s²/m"),
+    **{
+        f"{triad} {name}": (_BODY, unit)
+        for triad, unit in (("gyro", "rad/s"), ("accelerometer", "m/s²"))
+        for name in _PROCESSES
+    },
     "gyro g-sensitivity": (tuple(f"{i}{j}" for i in "xyz" for j in "xyz"), "rad/s/(m/s²)"),
     "gravity disturbance": (_NED, "m/s²"),
     "gnss lever arm": (_BODY, "m"),
     "gnss time offset": (("",), "s"),
 }
 """The blocks by name: their axes and unit. Instability is a second part of a bias, a Gauss-Markov process in addition
-to the constant. The component ij of a misalignment is the tilt of sensitive axis i towards the block's axis j. The
+to the constant. The processes of flicker noise are one block each, and only their sum has a true value, which stands in
+the first. The component ij of a misalignment is the tilt of sensitive axis i towards the block's axis j. The
 gravity disturbance δg is what the true gravity has beyond that of the navigation equations: −γξ and −γη with the
 deflections ξ and η of the vertical, and the disturbance, which differs little from the anomaly, down.
 
@@ -277,6 +288,21 @@ class ErrorModel:
         return large
 
     @cached_property
+    def sums(self) -> dict[str, tuple[str, ...]]:
+        """Blocks of processes of which only the sum has a true value, by its name."""
+        names = [name for name in self.slices if name.endswith(_PROCESSES)]
+        ends = dict.fromkeys(name[:-2] for name in names)
+        return {end: tuple(name for name in names if name[:-2] == end) for end in ends}
+
+    @cached_property
+    def compared(self) -> dict[str, Array]:
+        """By block, or sum of blocks, the matrix from the states to those that have true values, (m, n)."""
+        unit = np.eye(self.size)
+        added = {end: sum((unit[self.slices[name]] for name in names), np.zeros(1)) for end, names in self.sums.items()}
+        processes = {name for names in self.sums.values() for name in names}
+        return {name: unit[where] for name, where in self.slices.items() if name not in processes} | added
+
+    @cached_property
     def fed_back(self) -> NDArray[np.bool_]:
         """Which states the closed loop feeds back into engine and compensator: all but Gauss-Markov processes, (n,).
 
@@ -292,8 +318,13 @@ UNTOLD = {name: FIELDS[name].untold for name in SLOTS if FIELDS[name].untold}
 _FLOOR = math.sqrt(2.0 * math.log(2.0) / math.pi)
 """Ratio of the Allan deviation of flicker noise to its B."""
 
-_SAMPLES_PER_SECOND = 100.0
-"""Assumed number of samples of flicker noise; with ten times fewer the initial 1σ is at most 1.2 times larger."""
+FLICKER = "flicker"
+"""The part of a name, after that of the triad, that stands for all processes of its flicker."""
+
+_INERTIAL_NAMES = [
+    *(n for n in BLOCKS if n.split()[0] in ("gyro", "accelerometer") and not n.endswith(_PROCESSES)),
+    f"gyro {FLICKER}", f"accelerometer {FLICKER}",
+]  # fmt: skip
 
 IMU_BLOCKS = ("gyro bias", "accelerometer bias")
 """The blocks of the inertial sensors that every filter has."""
@@ -308,15 +339,17 @@ def error_model(
     imu: Sequence[str] = IMU_BLOCKS,
     extra: Iterable[Block] = (),
     duration: float = 3600.0,
+    flicker_processes: int | None = None,
 ) -> ErrorModel:
     """Compose a model from the errors of the inertial sensors and of the initial state.
 
     Biases are constant, or random walks if the sensors have a rate random walk K or another drift. A bias instability
-    is an additional block. A drift is modelled as the random walk whose 1σ bounds it over the duration T: K = R√T for a
-    ramp R, and K = βΔΘ/√τ for a bias with β per degree and a warm-up by ΔΘ with the time constant τ. Flicker B is
-    modelled as the random walk whose Allan deviation K√(τ/3) crosses flicker's √(2 ln 2/π) B where the white noise's
-    N/√τ does, because the estimate of a bias takes that long. This is right for the estimate, and too wide for long
-    times without aiding. No block describes the errors in `UNTOLD`.
+    is an additional block, and flicker noise, if `imu` names it, a sum of processes (`sinssim.sensors.flicker`). A
+    drift is modelled as the random walk whose 1σ bounds it over the duration T: K = R√T for a ramp R, and K = βΔΘ/√τ
+    for a bias with β per degree and a warm-up by ΔΘ with the time constant τ. Other flicker B is modelled as the random
+    walk whose Allan deviation K√(τ/3) crosses flicker's √(2 ln 2/π) B where the white noise's N/√τ does, because the
+    estimate of a bias takes that long. This is right for the estimate, and too wide for long times. No block describes
+    the errors in `UNTOLD`.
 
     Args:
         sigma: standard deviations of the sensor block's errors, and its noise;
@@ -324,7 +357,8 @@ def error_model(
         position, velocity, attitude: 1σ of the initial state, one number or north, east, down; m, m/s, rad.
         imu: blocks of the inertial sensors; instabilities are added automatically if `sigma` has any.
         extra: other blocks, for example of aiding sensors.
-        duration: duration of the run, for ramps, s.
+        duration: duration of the run, for ramps and flicker, s.
+        flicker_processes: number of processes of a triad's flicker, 2 to 9; default: as many as it needs.
 
     Returns:
         The model; its `untold` names the errors in `sigma` that no block describes.
@@ -335,17 +369,26 @@ def error_model(
     check_sigmas(sigma)
     duration = number("duration", duration, "s", low=POSITIVE)
     try:
-        added = tuple(extra)
+        more = tuple(extra)
     except TypeError as error:
         raise InputError(f"extra = {shortened(repr(extra))} must be a list of blocks.") from error
     triads = {"gyro": sigma.gyro, "accelerometer": sigma.accel}
     blocks = [Block("position", position), Block("velocity", velocity), Block("attitude", attitude)]
-    chosen = names("imu", "block of the inertial sensors", imu, [n for n in BLOCKS if n.split()[0] in triads])
+    chosen = names("imu", "block of the inertial sensors", imu, _INERTIAL_NAMES)
     chosen += [f"{n} instability" for n, t in triads.items() if t.instability and f"{n} instability" not in chosen]
+    noise = {n: triad.random_walk for n, triad in triads.items()}
     for name in chosen:
         triad_name, _, what = name.partition(" ")
-        blocks.append(_imu_block(name, what, triads[triad_name], sigma.warm_up, duration))
-    gyro, accel = sigma.gyro, sigma.accel
+        triad = triads[triad_name]
+        if what == FLICKER:
+            if triad.flicker:
+                added, rest = _processes(name, triad, duration, flicker_processes)
+                blocks += added
+                noise[triad_name] = math.hypot(triad.random_walk, rest)
+            continue
+        if f"{triad_name} {FLICKER}" in chosen:
+            triad = replace(triad, flicker=0.0)
+        blocks.append(_imu_block(name, what, triad, sigma.warm_up, duration))
     untold = [
         f"{name} of the {triad_name}s"
         for triad_name, triad in triads.items()
@@ -357,8 +400,15 @@ def error_model(
     untold += ["the null shift of the gyros"] if sigma.null_shift is not None else []
     untold += ["faults of the sensors"] if sigma.faults else []
     return ErrorModel(
-        (*blocks, *added), gyro.random_walk, accel.random_walk, gyro.quantum, accel.quantum, tuple(untold)
+        (*blocks, *more), noise["gyro"], noise["accelerometer"], sigma.gyro.quantum, sigma.accel.quantum, tuple(untold)
     )
+
+
+def _processes(name: str, triad: TriadErrors, duration: float, count: int | None) -> tuple[list[Block], float]:
+    """Return the blocks of a triad's flicker, and the density of what is faster."""
+    sigma, times, rest = flicker.processes(triad.flicker, triad.random_walk, duration, count)
+    pairs = zip(sigma.tolist(), times.tolist(), strict=True)
+    return [Block(f"{name} {k}", s, correlation_time=tau) for k, (s, tau) in enumerate(pairs, start=1)], rest
 
 
 def _imu_block(name: str, what: str, triad: TriadErrors, warm_up: WarmUp, duration: float) -> Block:
@@ -371,7 +421,7 @@ def _imu_block(name: str, what: str, triad: TriadErrors, warm_up: WarmUp, durati
     walk = triad.rate_walk**2 + triad.ramp**2 * duration + warming**2 / warm_up.time_constant
     if triad.flicker:
         crossing = crossing_time(triad)
-        start = start + triad.flicker**2 * flicker.variance_of_mean(crossing * _SAMPLES_PER_SECOND)
+        start = start + triad.flicker**2 * flicker.variance_of_mean(crossing * flicker.SAMPLES_PER_SECOND)
         walk = walk + 3.0 * (_FLOOR * triad.flicker) ** 2 / crossing
     return Block(name, np.sqrt(start), random_walk=np.sqrt(walk))
 

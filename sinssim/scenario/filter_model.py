@@ -33,12 +33,13 @@ from numpy.typing import ArrayLike
 from sinssim import units
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import OMEGA_IE
-from sinssim.estimation.state_model import Block, ErrorModel, error_model
+from sinssim.estimation.state_model import FLICKER, Block, ErrorModel, error_model
 from sinssim.filters import GRAVITY
 from sinssim.scenario.filter_section import FILTER_STATES
 from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.tables import Tables
 from sinssim.scenario.unknown_gravity import gravity_block, gravity_notes, unknown_gravity
+from sinssim.sensors import flicker
 from sinssim.sensors.aiding.magnetometer import Magnetometer
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import of_triad
@@ -112,7 +113,7 @@ def weights(scenario: Scenario, moved: Excitation | None = None) -> tuple[Weight
     The motion is `moved` if it is known, otherwise that of the plan.
     """
     motion, sigma = moved or excitation(scenario), inertial_sigma(scenario)
-    model = error_model(sigma, imu=tuple(FILTER_STATES), duration=motion.duration)
+    model = error_model(sigma, imu=[n for n in FILTER_STATES if not n.endswith(FLICKER)], duration=motion.duration)
     result = []
     for block in model.blocks:
         if block.name not in FILTER_STATES:
@@ -124,6 +125,12 @@ def weights(scenario: Scenario, moved: Excitation | None = None) -> tuple[Weight
         noise = model.gyro_noise if triad == "gyro" else model.accel_noise
         squared = _ratio_squared(size * block.size / 3.0 * _input(motion, triad, what), noise)
         result.append(Weight(block.name, math.sqrt(squared), squared > (0.0 if what == "bias" else LEFT_OUT)))
+    for name, of in (("gyro", sigma.gyro), ("accelerometer", sigma.accel)):
+        if of.flicker:  # the change in the run: a constant is a bias
+            ratio = motion.duration / flicker.shortest_time(of.flicker, of.random_walk)
+            size = of.flicker**2 / math.pi * math.log(max(ratio, 1.0))
+            squared = _ratio_squared(3.0 * size * motion.duration, of.random_walk)
+            result.append(Weight(f"{name} {FLICKER}", math.sqrt(squared), squared > LEFT_OUT))
     if (gravity := unknown_gravity(scenario)) is not None:
         ratio = gravity.ratio(model.accel_noise)
         result.append(Weight(GRAVITY, ratio, ratio**2 > LEFT_OUT))
@@ -187,6 +194,14 @@ def choice(scenario: Scenario, moved: Excitation | None = None) -> tuple[str, ..
     for block, ratio, needed in weights(scenario, moved):
         why = "no such error" if ratio == 0.0 else _times(ratio)
         lines.append(f"  {block:<27} {'a state' if needed else 'left out':<9} {why}")
+    moved = moved or excitation(scenario)
+    model = filter_model(with_states(scenario, moved), moved.duration)
+    for name, names in model.sums.items():
+        times = [block.correlation_time for block in model.blocks if block.name in names]
+        lines.append(
+            f"  {name} is the sum of {len(times)} Gauss-Markov processes with correlation times from {times[0]:.2g} to "
+            f"{times[-1]:.2g} s"
+        )
     return tuple(lines)
 
 
@@ -396,7 +411,8 @@ def _changes(
 
 
 def _like_bias(model: ErrorModel, triad: str) -> list[Block]:
-    return [block for block in model.blocks if block.name in (f"{triad} bias", f"{triad} instability")]
+    names = (f"{triad} bias", f"{triad} instability", *model.sums.get(f"{triad} {FLICKER}", ()))
+    return [block for block in model.blocks if block.name in names]
 
 
 def _of_one(sizes: ArrayLike, p: Array) -> float:
@@ -462,6 +478,7 @@ def filter_model(scenario: Scenario, duration: float = 3600.0, recorded: Sequenc
         imu=[name for name in chosen if name in FILTER_STATES],
         extra=[*gravity, *_sensor_blocks(sensors, f.measurement_noise_factor)],
         duration=duration,
+        flicker_processes=f.flicker_processes,
     )
     return of_combination(model, scenario)
 

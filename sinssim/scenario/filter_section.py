@@ -47,6 +47,8 @@ FILTER_STATES: dict[str, str] = {
     "gyro cubic": "errors of the gyros by the cube of the rate",
     "accelerometer cubic": "errors of the accelerometers by the cube of the specific force",
     "accelerometer cross-axis": "errors of the accelerometers by products of specific forces, six",
+    "gyro flicker": "flicker noise of the gyros, a sum of Gauss-Markov processes; without it a random walk of the bias",
+    "accelerometer flicker": "the same of the accelerometers",
 }
 BLOCKS_OF_STATES = {
     **FILTER_STATES,
@@ -124,6 +126,11 @@ class _FilterKeys(Section):
         description="error-state: a Kalman filter of the errors, linear in them; invariant: the same on SE₂(3); "
         "unscented, cubature: by points through the nonlinear equations; ensemble: by 200 members that are drawn; in "
         "[[filters]] also one of a project",
+    )
+    flicker_processes: Annotated[int, Field(ge=2, le=9)] | None = Field(
+        default=None,
+        description="number of processes in each of the states gyro flicker and accelerometer flicker; default: one "
+        "for each decade from where flicker is 5 % of the white noise to the duration of the run, and a slower one",
     )
     loop: Literal["closed", "open"] = Field(
         default="closed",

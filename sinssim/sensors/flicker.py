@@ -10,9 +10,18 @@ where c are the means over successive intervals. Flicker noise is self-similar, 
 independent of the interval: the longest time constant is 4·10⁶ samples. The weights and the fastest rate were fitted to
 a flat Allan deviation. It is flat within 0.2 % from 1 to 2.5·10⁶ samples, seven hours at 100 Hz; then it falls, by 0.5
 % at 3·10⁶ and 1.5 % at 4·10⁶ samples.
+
+A filter needs states that are driven independently. Stationary first-order Gauss-Markov processes of one variance, with
+correlation times τ_k in a constant ratio r, have in sum the spectrum 1/f between their inverse times (Keshner, 1/f
+noise, Proceedings of the IEEE 70, 1982). The two-sided spectrum of one is 2σ²τ/(1 + (2πfτ)²), and over all ln τ its
+integral is σ²/(2f), so that B²/(2πf) takes
+
+    σ² = (B²/π) ln r,   with a ripple of ± 2/cosh(π²/ln r), 5.5 % for one process in a decade                      (1)
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -76,3 +85,57 @@ def variance_of_mean(count: ArrayLike) -> Array:
     lagged = (1.0 - rates) * (n + np.expm1(n * np.log1p(-rates)) / rates) / rates @ shares
     alone = shares.sum() + DIRECT * (DIRECT + weights.sum())
     return np.asarray(alone / n[..., 0] + 2.0 * lagged / n[..., 0] ** 2)
+
+
+_WHITE = 0.05
+"""Variance of the flicker that a sum of processes treats as white noise, relative to that of the sensor's own."""
+
+_SHORTEST = 0.1
+"""Least correlation time of a process, s: the interval in which filters predict."""
+
+SAMPLES_PER_SECOND = 100.0
+"""Assumed number of samples, which the memory of flicker noise is counted in; with ten times fewer the 1σ at the start
+is at most 1.2 times larger."""
+
+_OF_MEAN = math.exp(1.5 - np.euler_gamma)
+"""Time over which the mean of 1/f noise has the variance of its processes above a correlation time, relative to it."""
+
+
+def shortest_time(b: float, white: float) -> float:
+    """Return the correlation time, s, from which flicker B beside white noise N needs processes.
+
+    What is faster is white noise of the density 2 B² τ/π.
+    """
+    return max(_WHITE * white**2 * math.pi / (2.0 * b**2), _SHORTEST)
+
+
+def smoothed_over(b: float, white: float) -> float:
+    """Return the averaging time, s, after which flicker has the variance of its processes."""
+    return _OF_MEAN * shortest_time(b, white)
+
+
+def processes(b: float, white: float, duration: float, count: int | None = None) -> tuple[Array, Array, float]:
+    """Return Gauss-Markov processes whose sum is flicker noise: (1) from `shortest_time` to the duration of a run.
+
+    The last one is slower. It has the variance of all that is left in the memory of the noise, and a correlation time
+    with which it changes over a run as they do.
+
+    Args:
+        b: B, rad/s or m/s².
+        white: N of the sensor, rad/√s or m/s/√s.
+        duration: of the run, s.
+        count: number of processes, 2 or more; default: one for each decade, and the last.
+
+    Returns:
+        1σ and correlation time of each, (m,) and (m,) s, and the density of the faster rest, as N.
+    """
+    first, unit = shortest_time(b, white), b**2 / math.pi
+    ratio = max(duration / first, 10.0)
+    within = math.ceil(math.log10(ratio) - 1e-9) if count is None else count - 1
+    step = ratio ** (1.0 / within)
+    variance = np.full(within + 1, unit * math.log(step))
+    times = first * step ** (np.arange(within + 1) + 0.5)
+    left = b**2 * float(variance_of_mean(smoothed_over(b, white) * SAMPLES_PER_SECOND)) - variance[:-1].sum()
+    variance[-1] = max(left, unit)
+    times[-1] = first * ratio * variance[-1] / unit
+    return np.sqrt(variance), times, math.sqrt(2.0 * unit * first)

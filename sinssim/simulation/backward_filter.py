@@ -31,7 +31,7 @@ from sinssim.earth.ellipsoids import in_reverse_time
 from sinssim.estimation import ErrorModel, Estimate, Innovations
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.measurement_epochs import averaging_intervals
-from sinssim.estimation.state_model import NAVIGATION
+from sinssim.estimation.state_model import FLICKER, NAVIGATION
 from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.sensors.vibration_noise import AddedNoise, vibration, vibration_noise
 from sinssim.strapdown.mechanization import Mechanization
@@ -43,7 +43,10 @@ _LARGEST_ANGLE = 0.5
 """Largest 1σ of an attitude error at that start, unless the forward solution's is larger, rad: errors of attitude are
 taken for small ones."""
 
-_OTHER_SIGN = ("velocity", "gyro bias", "gyro instability")
+_OTHER_SIGN = (
+    "velocity", "gyro bias", "gyro instability", "gyro g-sensitivity", "gyro asymmetry", "gyro quadratic",
+)  # fmt: skip
+"""Blocks that change their sign with the rates: errors of the gyros that are even in the rate, or without it."""
 _OTHER_SIGN_OF_SENSORS = (" delay", " time offset")
 
 
@@ -153,7 +156,11 @@ def signs_in_reverse_time(model: ErrorModel, kinds: Mapping[str, str]) -> Array:
     for name, where in model.slices.items():
         sensor = next((label for label in kinds if name.startswith(f"{label} ")), "")
         of_velocity = sensor and measurement_kind(kinds[sensor]).is_velocity(name.removeprefix(f"{sensor} "))
-        if name in _OTHER_SIGN or name.endswith(_OTHER_SIGN_OF_SENSORS) or of_velocity:
+        if (
+            name in (*_OTHER_SIGN, *model.sums.get(f"gyro {FLICKER}", ()))
+            or name.endswith(_OTHER_SIGN_OF_SENSORS)
+            or of_velocity
+        ):
             signs[where] = -1.0
     return signs
 

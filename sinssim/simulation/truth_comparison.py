@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from sinssim.data import Array, ImuData, NavSolution, blocks, short_repr
 from sinssim.estimation import ErrorModel, Estimate, nominal_errors, state_errors
 from sinssim.estimation.linearisation import rows_of, solution_of
-from sinssim.estimation.state_model import INERTIAL, NAVIGATION, crossing_time, values_of
+from sinssim.estimation.state_model import FLICKER, INERTIAL, NAVIGATION, crossing_time, values_of
 from sinssim.filters import GRAVITY
 from sinssim.sensors.aiding_sensor import AidingReadings
+from sinssim.sensors.flicker import smoothed_over
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.sets.fault_detection import combine
@@ -61,31 +62,41 @@ class InertialParameters:
         known = errors.single_calibrations or (None,) * len(errors.single_sensors)
         self._blocks = tuple(map(_remaining, errors.single_sensors, known))
 
-    def at(self, *times: Array) -> list[dict[str, Array]]:
+    def at(self, *times: Array, model: ErrorModel | None = None) -> list[dict[str, Array]]:
         """Return the parameters by block of the filter.
 
         Each error is emulated once for all times, and what is emulated is not kept.
 
         Args:
             *times: epochs of the filter, of the smoother and so on, (K,) s each.
+            model: that of the filter, which tells flicker of a block of its own from that in the bias.
 
         Returns:
             For each of the times: biases and instabilities, (3,) or (K, 3); scale factors, (3,), and misalignments,
-            (6,).
+            (6,); the sum of the processes of flicker stands in the first of them, and the others are zero.
         """
         triads = {"gyro": self._left.gyro, "accelerometer": self._left.accel}
+        sums = {} if model is None else model.sums
         # the filter treats faster changes of flicker as noise
-        crossing = [crossing_time(triad) if triad.flicker else 0.0 for triad in triads.values()]
+        before = [crossing_time(triad) if triad.flicker else 0.0 for triad in triads.values()]
+        after = [0.0, 0.0]
+        for k, (name, triad) in enumerate(triads.items()):
+            if f"{name} {FLICKER}" in sums:
+                before[k] = after[k] = 0.5 * smoothed_over(triad.flicker, triad.random_walk)
         drifts = self._means(("rate_walk", "ramp", "bias_temperature"), times, (1.0, 1.0))
         instabilities = self._means(("instability", "correlation_time"), times, (0.0, 0.0))
-        flicker = self._means(("flicker",), times, crossing)
+        flicker = self._means(("flicker",), times, before, after)
         parameters: list[dict[str, Array]] = []
         for i in range(len(times)):
             values: dict[str, Array] = {}
             constant = self._constant(times[i])
             for k, (name, triad) in enumerate(triads.items()):
                 bias = constant[k][0] + drifts[k][i]
-                values[f"{name} bias"] = bias + flicker[k][i] if triad.flicker else bias
+                if processes := sums.get(f"{name} {FLICKER}"):
+                    values |= dict.fromkeys(processes, np.zeros(3)) | {processes[0]: flicker[k][i]}
+                elif triad.flicker:
+                    bias = bias + flicker[k][i]
+                values[f"{name} bias"] = bias
                 values[f"{name} scale"] = constant[k][1]
                 values[f"{name} misalignment"] = constant[k][2][..., ~np.eye(3, dtype=bool)]
                 values[f"{name} instability"] = instabilities[k][i]
@@ -115,28 +126,29 @@ class InertialParameters:
         return [rows_of([entry.gyro for entry in imu_errors]), rows_of([entry.accel for entry in imu_errors])]
 
     def _means(
-        self, fields: tuple[str, ...], times: Sequence[Array], windows: Sequence[float]
+        self, fields: tuple[str, ...], times: Sequence[Array], before: Sequence[float], after: Sequence[float] = (0, 0)
     ) -> tuple[list[Array], list[Array]]:
         """Return the contribution of some errors to rates and specific forces, (K, 3) for each of the times, or zeros,
         (3,), if there are none.
 
-        It is the mean over the last seconds before each epoch, over one sample at least. There is one window, s, for
-        each triad.
+        It is the mean over some seconds before and after each epoch, which are given for each triad; over one sample at
+        least.
         """
         triads = self._left.gyro, self._left.accel
         if not any(np.any(getattr(t, f)) for t in triads for f in fields if f != "correlation_time"):
             return [np.zeros(3)] * len(times), [np.zeros(3)] * len(times)
         edges, drift = self._edges, self._emulated(fields)
 
-        def means(increments: Array, window: float) -> list[Array]:
+        def means(increments: Array, before: float, after: float) -> list[Array]:
             sums, window_means = np.concatenate([np.zeros((1, 3)), np.cumsum(increments, axis=0)]), []
             for time in times:
-                last = np.searchsorted(edges, time - 1e-9).clip(1, len(edges) - 1)
-                first = np.searchsorted(edges, edges[last] - window - 1e-9).clip(0, last - 1)
+                here = np.searchsorted(edges, time - 1e-9).clip(1, len(edges) - 1)
+                last = np.searchsorted(edges, edges[here] + after - 1e-9).clip(here, len(edges) - 1)
+                first = np.searchsorted(edges, edges[here] - before - 1e-9).clip(0, here - 1)
                 window_means.append((sums[last] - sums[first]) / (edges[last] - edges[first])[:, np.newaxis])
             return window_means
 
-        return means(drift.dtheta, windows[0]), means(drift.dvel, windows[1])
+        return means(drift.dtheta, before[0], after[0]), means(drift.dvel, before[1], after[1])
 
     def _emulated(self, fields: tuple[str, ...]) -> ImuData:
         """Return the contribution of some errors to the increments.
@@ -319,7 +331,7 @@ def compare_with_truth(
     """
     further = {"smoothed": estimated.smoothed, "backward": estimated.backward}
     solutions = {name: estimate for name, estimate in further.items() if estimate is not None}
-    true = inertial.at(estimated.time, *(estimate.time for estimate in solutions.values()))
+    true = inertial.at(estimated.time, *(e.time for e in solutions.values()), model=estimated.model)
     if GRAVITY in estimated.model.slices:
         for at, values in zip((estimated.time, *(e.time for e in solutions.values())), true, strict=True):
             values[GRAVITY] = np.zeros((len(at), 3)) if gravity is None else gravity(at)

@@ -20,7 +20,9 @@ from sinssim.sensors.imu.emulation import emulate
 from sinssim.strapdown.navigate import disturbance_in_body, navigate
 from sinssim.strapdown.navigation_error import navigation_error
 
-ALL = ErrorModel(tuple(Block(name, 1.0) for name in BLOCKS if not name.startswith("gnss ")), 0.0, 0.0)
+ALL = ErrorModel(
+    tuple(Block(name, 1.0) for name in BLOCKS if not name.startswith("gnss ") and name[-1] not in "3456789"), 0.0, 0.0
+)
 RATE_HZ, SPAN = 20.0, 4.0
 
 # how far each block is perturbed: enough to stand out of rounding, little enough that third order is below 1e-7
@@ -30,8 +32,8 @@ STEPS = {
     "attitude": 2e-4,
     "gyro bias": 1e-3,
     "accelerometer bias": 1e-2,
-    "gyro instability": 1e-3,
-    "accelerometer instability": 1e-2,
+    **{f"gyro {of}": 1e-3 for of in ("instability", "flicker 1", "flicker 2")},
+    **{f"accelerometer {of}": 1e-2 for of in ("instability", "flicker 1", "flicker 2")},
     "gyro scale": 0.02,
     "accelerometer scale": 2e-3,
     "gyro misalignment": 0.02,
@@ -54,7 +56,8 @@ def perturbed(start: NavState, imu: ImuData, x: Array, ellipsoid: str) -> tuple[
         # C_solution = (I − [φ×]) C_true
         rotation.multiply(rotation.quaternion_from_rotation_vector(-part["attitude"]), start.q_nb),
     )
-    part |= {f"{of} bias": part[f"{of} bias"] + part[f"{of} instability"] for of in ("gyro", "accelerometer")}
+    of_bias = ("bias", "instability", "flicker 1", "flicker 2")
+    part |= {f"{of} bias": sum(part[f"{of} {name}"] for name in of_bias) for of in ("gyro", "accelerometer")}
     gyro, accel = (
         TriadErrors(**{of.field: of.shaped(part[name]) for name, of in INERTIAL.items() if of.triad == triad})
         for triad in ("gyro", "accel")

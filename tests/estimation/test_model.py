@@ -136,7 +136,7 @@ def test_axes_units_and_limits_of_the_blocks() -> None:
         "gyro g-sensitivity": (("xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"), "rad/s/(m/s²)"),
     }  # fmt: skip
     for triad, unit in (("gyro", "rad/s"), ("accelerometer", "m/s²")):
-        for what in ("bias", "instability"):
+        for what in ("bias", "instability", *(f"flicker {k}" for k in range(1, 10))):
             expected[f"{triad} {what}"] = (body, unit)
         expected[f"{triad} scale"], expected[f"{triad} misalignment"] = (body, ""), (pairs, "rad")
     assert expected == BLOCKS

@@ -192,7 +192,7 @@ def test_the_covariance_of_normalised_errors_of_several_rows(monkeypatch: pytest
     states = np.array([2, 7])
     seen: list[tuple[str, float, Array]] = []
     monkeypatch.setattr(consistency, "weighted_test", lambda *given: seen.append(given))
-    consistency._of_block("two", e, p, decay, states)
+    consistency._of_block("two", e, p, decay, np.eye(9)[states])
     ((name, square, weights),) = seen
     b = []
     for k in range(3):
@@ -220,7 +220,9 @@ def test_rows_of_the_nees_are_even_and_end_with_the_last(monkeypatch: pytest.Mon
     seen: dict[str, tuple[Array, Array, list[int]]] = {}
     monkeypatch.setattr(consistency, "_ROWS", 12)
     monkeypatch.setattr(
-        consistency, "_of_block", lambda name, e, p, psi, states: seen.update({name: (e, psi, states.tolist())})
+        consistency,
+        "_of_block",
+        lambda name, e, p, psi, rows: seen.update({name: (e, psi, np.nonzero(rows)[1].tolist())}),
     )
     list(consistency._nees_of_run(MODEL, made, errors))
     assert list(seen) == [ALL, "position", "velocity", "attitude"]

@@ -295,9 +295,9 @@ def test_the_start_after_an_alignment_at_rest() -> None:
     c = TRUE.as_matrix()
     expected = np.vstack([c[1], -c[0]]) @ np.diag([1e-6, 4e-6, 9e-6]) / 9.81
     np.testing.assert_allclose(start.covariance[6:8, 12:15], expected, rtol=2e-3)
-    held = _as_bias(gyro, "gyro", model)
+    held = _as_bias(gyro, "gyro", model, 40.0)
     np.testing.assert_array_equal(held.bias, model.sigma[9:12])
     assert not held.bias_temperature.any()
     assert not held.ramp.any()
     assert (held.flicker, held.random_walk) == (0.0, 1e-8)
-    assert _as_bias(gyro, "other", model) is gyro
+    assert _as_bias(gyro, "other", model, 40.0) is gyro

@@ -11,6 +11,7 @@ import pytest
 from sinssim.data import ImuData, Measurements, NavSolution
 from sinssim.estimation import Block, ErrorModel
 from sinssim.estimation.filter_result import Divergence, Estimate, Innovations, Reasons
+from sinssim.estimation.state_model import INERTIAL
 from sinssim.simulation.backward_filter import (
     _in_forward_time,
     reversed_imu,
@@ -81,6 +82,19 @@ def test_signs_of_the_states() -> None:
     }
     for name, where in model.slices.items():
         np.testing.assert_array_equal(found[where], expected[name], err_msg=name)
+
+
+@pytest.mark.parametrize("block", list(INERTIAL))
+def test_an_error_of_a_sensor_turns_its_reading_in_reverse_time(block: str) -> None:
+    """Rates change their signs and so do their errors, specific forces and their errors do not; processes too."""
+    term, force = INERTIAL[block], np.array([[1.0, -2.0, -9.0]])
+    reading, sign = (np.array([[0.3, -0.2, 0.5]]), -1.0) if term.triad == "gyro" else (force, 1.0)
+    model = ErrorModel((*NAVIGATION, Block(block, 1.0), Block("gyro flicker 1", 1.0)), 1e-4, 1e-3)
+    signs = signs_in_reverse_time(model, {})
+    value = np.arange(1.0, term.size + 1.0)
+    there = term.effect(term.shaped(signs[model.slices[block]] * value), sign * reading, force)
+    np.testing.assert_allclose(there, sign * np.asarray(term.effect(term.shaped(value), reading, force)))
+    assert np.all(signs[model.slices["gyro flicker 1"]] == -1.0)
 
 
 def test_the_model_of_the_start() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from sinssim.data import ImuData
+from sinssim.estimation.state_model import error_model
 from sinssim.sensors.imu import emulation
 from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp
 from sinssim.sensors.imu.imu_keys import TriadErrors
@@ -88,6 +89,22 @@ def test_flicker_is_averaged_as_long_as_the_filter_needs() -> None:
     quick_s, smooth_s = quick["gyro bias"][3::4], smooth["gyro bias"][3::4]
     for k in range(3, 20):
         np.testing.assert_allclose(smooth_s[k], quick_s[k - 3 : k + 1].mean(axis=0), rtol=1e-9)
+
+
+def test_flicker_of_its_own_states_is_a_mean_around_the_instant() -> None:
+    """It stands in the first process, and not in the bias; 2.52 · 0.05 π N²/(2 B²) = 2 s, one before and one after."""
+    white = 1e-6
+    flicker = white * np.sqrt(0.05 * np.pi / 4.0 * np.exp(1.5 - np.euler_gamma))
+    sigma = ImuErrors(TriadErrors(flicker=flicker, random_walk=white), TriadErrors())
+    model = error_model(sigma, imu=("gyro bias", "gyro flicker"), duration=20.0)
+    (smooth,) = InertialParameters(TrueErrors(sigma), EDGES, 7).at(EDGES[1:], model=model)
+    bare = ImuErrors(TriadErrors(flicker=flicker), TriadErrors())  # without white noise over a second
+    (quick,) = InertialParameters(TrueErrors(bare), EDGES, 7).at(EDGES[1:])
+    (first, *others), quick_s = model.sums["gyro flicker"], quick["gyro bias"][3::4]
+    for k in range(1, 19):
+        np.testing.assert_allclose(smooth[first][4 * k + 3], quick_s[k : k + 2].mean(axis=0), rtol=1e-9)
+    assert others
+    assert not any(smooth[name].any() for name in (*others, "gyro bias"))
 
 
 def test_each_triad_has_a_mean_of_its_own_length() -> None:

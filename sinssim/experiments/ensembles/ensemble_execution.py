@@ -206,12 +206,12 @@ def _store_nees(aided: Aided, errors: RunErrors, row: int, epochs: NDArray[np.in
     place = np.searchsorted(estimate.rows, rows, side="right") - 1
     epochs, place = epochs[place >= 0], place[place >= 0]
     actual, covariance = aided.state_errors_at(estimate.rows[place]), estimate.covariance[place]
-    slices = estimate.model.slices
+    compared = estimate.model.compared
     for name in errors.nees:
-        part = slices.get(name, slice(0, estimate.model.size) if name == ALL else slice(0, 0))
-        if part.stop == part.start:
+        seen = np.vstack(list(compared.values())) if name == ALL else compared.get(name)
+        if seen is None:
             continue  # a run whose varied keys give its filter other states
-        square, freedom = normalised(actual[:, part], covariance[:, part, part])
+        square, freedom = normalised(actual @ seen.T, seen @ covariance @ seen.T)
         errors.nees[name][row, epochs], errors.nees_freedom[name][row, epochs] = square, freedom
 
 

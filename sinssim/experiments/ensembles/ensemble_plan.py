@@ -415,7 +415,8 @@ def _blocks(scenario: Scenario) -> dict[str, int]:
     scenario = with_states(scenario)
     check_memory(scenario, recorded=False)
     model = filter_model(scenario, expected_duration(scenario))
-    return {ALL: model.size, **{block.name: block.size for block in model.blocks}}
+    sizes = {name: len(matrix) for name, matrix in model.compared.items()}
+    return {ALL: sum(sizes.values()), **sizes}
 
 
 def _sensors(scenario: Scenario, truth: Truth) -> tuple[str, ...]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Dots, Line, Mark, Rule, over
 from sinssim.data import Array, Computed
+from sinssim.estimation.state_model import FLICKER
 from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
 from sinssim.experiments.run.filter_remedies import what_to_try
 from sinssim.experiments.run.filter_summary import detected, for_people, sentences, together
@@ -383,6 +384,7 @@ def state_charts(aided: Aided, span: tuple[float, float]) -> Iterator[Charts]:
     charts = []
     for sensor, title in (("gyro", "Gyros"), ("accelerometer", "Accelerometers")):
         blocks = [block.name for block in estimate.model.blocks if block.name.startswith(f"{sensor} ")]
+        blocks = [name for name in blocks if f" {FLICKER} " not in name]  # its processes have no true values
         lines = [line for name in blocks for line in _parameters(aided, name, rows)]
         if lines:
             y = Axis(units=fixed("σ"))

@@ -15,6 +15,7 @@ import numpy as np
 
 from sinssim import units
 from sinssim.estimation.consistency import MEANING
+from sinssim.estimation.state_model import FLICKER
 from sinssim.experiments.run.filter_remedies import diagnosis_numbers
 from sinssim.experiments.run.run_result import DrawnPath
 from sinssim.experiments.run.run_streams import state_columns
@@ -455,9 +456,10 @@ def _test_numbers(test: ChiSquare) -> Test:
 
 
 def _uncertain(estimate: Estimate, name: str) -> int:
-    """Return the number of states of a block, or of all, that are not known exactly."""
-    part = estimate.model.slices.get(name, slice(0, estimate.model.size))
-    return int(np.count_nonzero(estimate.sigma[-1, part] > 0.0))
+    """Return the number of a block's states, or of all, that are compared with the truth and not known exactly."""
+    compared = estimate.model.compared
+    rows = compared[name] if name in compared else np.vstack(list(compared.values()))
+    return int(np.count_nonzero(np.any(rows[:, estimate.sigma[-1] > 0.0], axis=1)))
 
 
 def _state_numbers(aided: Aided) -> Iterator[tuple[str, StateNumbers]]:
@@ -473,19 +475,23 @@ def _state_numbers(aided: Aided) -> Iterator[tuple[str, StateNumbers]]:
     known = aided.true_parameters_known
     parameters = {} if known else {b.name: estimate.parameters[b.name][-1] for b in estimate.model.blocks[3:]}
     estimates = np.empty(0) if known else np.concatenate([np.full(9, math.nan), *parameters.values()])
-    for i, column in enumerate(columns):
-        begin, end = float(estimate.sigma[0, i]), float(estimate.sigma[-1, i])
+    for row in np.vstack(list(estimate.model.compared.values())):
+        states = np.flatnonzero(row)
+        begin, end = float(np.linalg.norm(estimate.sigma[0, states])), float(estimate.sigma[-1, states[0]])
+        if len(states) > 1:  # a sum of processes
+            end = math.sqrt(row @ estimate.covariance[-1] @ row)
         numbers: StateNumbers = {
             "sigma_start": begin,
             "sigma_end": end,
-            "error_end": float(errors[i]),
+            "error_end": float(errors[states].sum()),
             "reduction": begin / end if end > 0.0 else None,
         }
         if not known:
-            numbers["estimate_end"] = float(estimates[i])
+            numbers["estimate_end"] = float(estimates[states].sum())
         if seen is not None:
-            numbers["observable"] = bool(seen.observable[i]) and 2.0 * end <= begin
-        yield column, numbers
+            numbers["observable"] = bool(seen.observable[states].any()) and 2.0 * end <= begin
+        column = columns[states[0]]
+        yield column.replace(f"_{FLICKER}_1_", f"_{FLICKER}_") if len(states) > 1 else column, numbers
 
 
 def for_people(column: str, *values: float | None) -> tuple[str, str, list[float]]:

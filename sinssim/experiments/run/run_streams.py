@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from sinssim import earth, rotation
 from sinssim.data import Array, Computed, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
+from sinssim.estimation.state_model import FLICKER
 from sinssim.recording.streams import (
     Stream,
     Vector,
@@ -98,7 +99,7 @@ def _state_stream(aided: Aided) -> Stream:
         if block.name in estimate.parameters:
             vectors.append(Vector(name, columns, estimate.parameters[block.name]))
             errors = tuple(f"error_{column}" for column in columns)
-            if aided.true_parameters_known:
+            if aided.true_parameters_known and f" {FLICKER} " not in block.name:  # its sum alone has one
                 error = Computed(len(estimate.time), partial(aided.block_error, block.name))
                 vectors.append(Vector(f"error_{name}", errors, error))
         vectors.append(Vector(f"sigma_{name}", tuple(f"sigma_{column}" for column in columns), estimate.sigma[:, rows]))

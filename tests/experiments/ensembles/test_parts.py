@@ -142,7 +142,11 @@ def test_squares_of_innovations_belong_to_the_next_epoch() -> None:
 def test_squares_of_errors_at_the_covariance_before_each_epoch() -> None:
     """Covariances at rows 2 and 5; epochs at rows 1 (before any), 4 and 5: 9/4 + 16/8, 25/2 + 1/4."""
     covariance = np.array([np.diag([4.0, 8.0, 1.0]), np.diag([2.0, 4.0, 1.0])])
-    estimate = fake(rows=np.array([2, 5]), covariance=covariance, model=fake(size=3, slices={"position": slice(0, 2)}))
+    estimate = fake(
+        rows=np.array([2, 5]),
+        covariance=covariance,
+        model=fake(compared={"position": np.eye(3)[:2], "x": np.eye(3)[2:]}),
+    )
     states = {2: [3.0, 4.0, 0.5], 5: [5.0, 1.0, 2.0]}
     aided = fake(estimate=estimate, state_errors_at=lambda rows: np.array([states[k] for k in rows.tolist()]))
     errors: RunErrors = empty(2, 4, (), ("all states", "position", "bias"))

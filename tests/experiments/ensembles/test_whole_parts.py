@@ -103,7 +103,7 @@ def test_a_run_without_a_covariance_has_no_squares() -> None:
     assert np.isnan(errors.nees["bias"]).all()
     # of two blocks of states, a run that varies its filter may have one alone: 4/16 + 36/9
     estimate = SimpleNamespace(rows=np.array([0]), covariance=np.array([np.diag([16.0, 9.0])]),
-                               model=SimpleNamespace(slices={"bias": slice(0, 2)}, size=2))  # fmt: skip
+                               model=SimpleNamespace(compared={"bias": np.eye(2)}))  # fmt: skip
     aided: Any = SimpleNamespace(estimate=estimate, state_errors_at=lambda rows: np.array([[2.0, 6.0]]))
     ensemble_execution._store_nees(aided, errors, 0, np.array([1]), np.array([0]))
     assert errors.nees["bias"][0, 1] == pytest.approx(4.25)

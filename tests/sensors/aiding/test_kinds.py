@@ -123,7 +123,8 @@ def residual(kind: str, model: ErrorModel, x: Array) -> tuple[Array, Array]:
     )
     angles = np.zeros((3, 3))
     angles[~np.eye(3, dtype=bool)] = part["gyro misalignment"]
-    wrong = part["gyro bias"] + part["gyro instability"] + part["gyro scale"] * RATE + angles @ RATE
+    constant = part["gyro bias"] + part["gyro instability"] + sum(part[f"gyro flicker {k}"] for k in range(1, 10))
+    wrong = constant + part["gyro scale"] * RATE + angles @ RATE
     wrong += 0.5 * part["gyro asymmetry"] * np.abs(RATE) + part["gyro quadratic"] * RATE**2
     wrong += part["gyro cubic"] * RATE**3
     up = -9.80665 * Rotation.from_euler("ZYX", EULER).as_matrix()[2]  # the specific force without acceleration
