@@ -272,12 +272,13 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]
             return result
         except OSError:
             return None
-        except ModuleNotFoundError:  # stored by a version whose modules have other names
+        except (ModuleNotFoundError, AttributeError):  # stored by a version whose modules or classes have other names
             with contextlib.suppress(OSError):
                 self.flush()
             return None
         except Exception as error:  # also whatever unpickling makes of another program's bytes
-            logger.warning("the compiled kernel in %s is damaged: it is compiled again.", error)
+            file = error if isinstance(error, DamagedKernelError) else self._cache_file._index_path
+            logger.warning("the compiled kernel in %s is damaged: it is compiled again.", file)
             with contextlib.suppress(OSError):
                 self.flush()
             return None
@@ -287,7 +288,7 @@ class _KernelCache(FunctionCache):  # type: ignore[misc]
         try:
             super().save_overload(*arguments)
             make_room()
-        except ModuleNotFoundError:  # such a version has stored it again meanwhile
+        except (ModuleNotFoundError, AttributeError):  # such a version has stored it again meanwhile
             with contextlib.suppress(OSError):
                 self.flush()
         except OSError:

@@ -425,14 +425,19 @@ def test_the_key_of_a_kernel_with_a_set_of_options_does_not_depend_on_the_order_
     assert found != {""}
 
 
-def test_a_kernel_of_other_module_names_is_compiled_again_without_a_word(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+@pytest.mark.parametrize(
+    "error",
+    [ModuleNotFoundError("No module named 'sinssim.former'"), AttributeError("Can't get attribute 'Former'")],
+    ids=["module", "class"],
+)
+def test_a_kernel_of_other_names_is_compiled_again_without_a_word(
+    error: Exception, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """A version whose modules had other names stored it: nothing is damaged."""
+    """A version whose modules or classes had other names stored it: nothing is damaged."""
     from numba.core.caching import FunctionCache
 
     def missing(*arguments: object) -> None:
-        raise ModuleNotFoundError("No module named 'sinssim.former'")
+        raise error
 
     @jit.kernel
     def twice(x: float) -> float:
