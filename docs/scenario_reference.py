@@ -8,6 +8,7 @@ from typing import Any, get_args
 
 from sinssim.scenario.schema import Key, KeyTable, key_tables, toml_lines
 from sinssim.truth.flight.legs import LEGS
+from sinssim.truth.motions.drop import Motor
 from sinssim.truth.motions.multirotor import MultirotorLeg
 from sinssim.truth.motions.rocket import Stage
 from sinssim.truth.motions.surface_vehicles import Stop, Straight, Turn
@@ -87,6 +88,7 @@ EXAMPLES: dict[str, Any] = {
     "voyage.legs.angle_deg": 90.0,
     "voyage.legs.rate_deg_s": 0.5,
     "rocket.payload_kg": 300.0,
+    "drop.release_s": 20.0,
     "track.waypoints.name": "crossing",
     "track.waypoints.speed_mps": 15.0,
     "track.waypoints.turn_radius_m": 20.0,
@@ -252,6 +254,7 @@ LEG_EXAMPLES: dict[str, dict[str, Any]] = {
         TurningWalk,
         StandingWalk,
         Stage,
+        Motor,
         *get_args(get_args(MultirotorLeg)[0]),
     )
 } | {
@@ -288,6 +291,7 @@ TITLES = {
     "log": "Recorded sensors",
     "one_component": "One-component system",
     "calibration": "Calibration settings",
+    "drop": "A bomb or missile that a carrier drops",
     "vibration": "Vibration",
     "isolator": "Shock mounts",
     "truth": "Gravity model and ellipsoid of the truth",

@@ -401,6 +401,7 @@ class Log(Source):
     table: ClassVar[str] = "log"
     recorded: ClassVar[bool] = True
     idle: ClassVar[Mapping[str, str]] = {
+        "drop": "would end a recorded motion",
         "vibration": "would add a motion to a recorded one",
         "isolator": "would change a recorded motion",
         "ensemble": "makes many runs of a simulation, but a recording is a single run",

@@ -15,6 +15,7 @@ from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.imu.error_term_table import OF_TURNS, TERMS, of_triad
 from sinssim.sensors.sets.sensor_set import Platform
 from sinssim.toml_section import Rules
+from sinssim.truth.flight.flight import Flight
 from sinssim.truth.flight.guidance import AIDED, TRUTH
 from sinssim.units import listed
 
@@ -37,6 +38,12 @@ def _in_plane(s: Tables) -> str:
 
 def _idle(s: Tables) -> str:
     return next((f"[{name}] {why}" for name, why in s.source.idle.items() if name in _given(s)), "")
+
+
+def _not_still(flight: Flight) -> str:
+    """Return the table of a flight that moves or warms the air."""
+    wind = ("wind",) if flight.wind.model_dump(exclude_defaults=True) else ()
+    return next((name for name in (*wind, "turbulence", "atmosphere") if getattr(flight, name) is not None), "")
 
 
 def _turning_block(s: Tables) -> str:
@@ -225,6 +232,19 @@ DEPENDENCIES: Rules = (
     (lambda s: s.source.leaves_air and s.gravity,
      "[{s.source.table}] falls freely in the gravity of [truth], and [gravity] would only change its sensors: remove "
      "[gravity]"),
+    (lambda s: s.drop and (not s.source.travels or s.source.leaves_air),
+     "[drop] needs a carrier that moves in the air, which [{s.source.table}] is not: use [flight] or [great_circle], "
+     "or remove [drop]"),
+    (lambda s: s.drop and s.flight and _not_still(s.flight),
+     "flight.{it} moves or warms the air, but what [drop] releases falls through still standard air: remove one of the "
+     "two"),
+    (lambda s: s.drop and s.flight and s.flight.guidance.source != TRUTH and s.flight.guidance.source,
+     'flight.guidance.source = "{it}" steers the carrier by the navigator of the bomb, which leaves it: remove [drop], '
+     'or set "truth"'),
+    (lambda s: s.drop and s.gravity,
+     "[drop] falls in the gravity of [truth], and [gravity] would only change its sensors: remove [gravity]"),
+    (lambda s: s.drop and s.aiding and "airspeed" in s.aiding.sensors(),
+     "[aiding.airspeed] is a sensor of the carrier, which [drop] leaves: remove it"),
     (lambda s: s.log and s.gravity and s.gravity.remainder is not None,
      "[gravity.remainder] is a random part of the true field, but the data are recorded ([log]): remove it"),
     (lambda s: s.log and s.gravity and s.navigation.gravity_degree is None,

@@ -95,6 +95,8 @@ def plan_lines(scenario: Tables) -> Iterator[str]:
     samples = duration * scenario.imu.rate_hz
     yield f"{scenario.name}: {scenario.description}".rstrip(": ")
     yield from _source_lines(scenario)
+    if scenario.drop is not None:
+        yield f"drop        {given(scenario.drop)}"
     for vibration in scenario.vibration:
         yield f"vibration   {vibration.coordinate}, {given(vibration, 'coordinate')}"
     if scenario.isolator is not None:

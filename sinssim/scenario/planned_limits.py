@@ -119,6 +119,9 @@ def expected_duration(scenario: Tables) -> float:
             f"the scenario {scenario.name} has recorded sensors ([log]), whose duration is known when their files are "
             "read, as `sinssim run` and `sinssim check` do; nothing else uses such a scenario."
         )
+    if scenario.drop is not None:
+        height = scenario.flight.start.altitude_m if scenario.flight else getattr(source, "altitude_m", 0.0)
+        return scenario.drop.about(lasts, height)
     return lasts
 
 

@@ -47,6 +47,7 @@ from sinssim.truth.motion import TrueEarth, TrueGravity
 from sinssim.truth.motions.analytic import ClosedFormMotion
 from sinssim.truth.motions.balloon import BalloonMotion
 from sinssim.truth.motions.coning_and_rocking import ConingMotion, ScullingMotion, SpinConeMotion, SpinRockMotion
+from sinssim.truth.motions.drop import Drop
 from sinssim.truth.motions.multirotor import MultirotorMotion
 from sinssim.truth.motions.parked_and_great_circle import GreatCircleFlight, ParkedVehicle
 from sinssim.truth.motions.rocket import Rocket
@@ -278,6 +279,7 @@ class CalibrationSection(Section):
 
 
 IN_SPACE = (
+    "drop",
     "vibration",
     "isolator",
     "truth",
@@ -324,6 +326,7 @@ class Tables(ExperimentFile):
     sequence: Turntable | None = Field(default=None, validation_alias="turntable")
     """The sequence of a recorded calibration: [turntable] beside [log]."""
     calibration: CalibrationSection | None = None
+    drop: Drop | None = None
     vibration: tuple[Vibration, ...] = Field(
         default=(), description="vibration of the sensor block, added to the motion"
     )

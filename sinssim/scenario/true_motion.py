@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from sinssim.data import Array
     from sinssim.earth.gravity_disturbance import DisturbingField
     from sinssim.truth.flight.flight_log import FlightLog
+    from sinssim.truth.motions.vibration import Tone
     from sinssim.truth.trajectory import Trajectory
 
 
@@ -36,8 +37,8 @@ def fly(
         meanwhile: called once while another process flies; not called if there is nothing to fly.
 
     Returns:
-        The motion of the block with its lever arm and mounting, from [imu], the aircraft or zero, in this order, and
-        with the vibration that its shock mounts transmit.
+        The motion of the block with its lever arm and mounting, from [imu], the aircraft or zero, in this order, with
+        its fall from a carrier, and with the vibration that its shock mounts transmit.
 
     Raises:
         InputError: the scenario is a one-component run, there is no such aircraft, the source of truth is invalid, or
@@ -92,11 +93,24 @@ def true_motion(
     how = (mounting(scenario), scenario.truth, scenario.seed, progress, meanwhile)
     seen = None if isinstance(errors, str) else errors
     motion = source.trajectory(*how) if seen is None or flight is None else flight.trajectory(*how, seen)
-    if scenario.vibration:
+    if scenario.drop is not None:
+        from sinssim.truth.motions.drop import Released
+
+        motion = Released(motion, scenario.drop, mounting(scenario).q_bs)
+    shaking = source.shaking(scenario.seed)
+    if scenario.vibration or shaking is not None:
         from sinssim.truth.motions.mounted_block import Vibrating  # needs the compiler
 
-        tones = [tone for n, table in enumerate(scenario.vibration) for tone in table.tones(scenario.seed + n)]
-        motion = Vibrating(motion, tones if scenario.isolator is None else scenario.isolator.transmitted(tones))
+        def through_mounts(tones: Sequence[Tone]) -> Sequence[Tone]:
+            return tones if scenario.isolator is None else scenario.isolator.transmitted(tones)
+
+        if shaking is not None:
+            motion = Vibrating(motion, through_mounts(shaking.tones), part=shaking.part)
+        if scenario.vibration:
+            tables = enumerate(scenario.vibration)
+            motion = Vibrating(
+                motion, through_mounts([t for n, table in tables for t in table.tones(scenario.seed + n)])
+            )
     return motion if scenario.gravity is None else scenario.gravity.felt(motion, scenario.seed)
 
 

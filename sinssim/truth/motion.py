@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from sinssim.earth.ellipsoids import Ellipsoid
     from sinssim.earth.gravity_disturbance import DisturbingField
     from sinssim.earth.harmonic_coefficients import Coefficients
+    from sinssim.truth.motions.vibration import Shaking
     from sinssim.truth.trajectory import Trajectory
     from sinssim.truth.true_gravity_disturbance import Disturbed, RemainderModel
 
@@ -211,6 +212,11 @@ class Motion(Source):
         return AT_REFERENCE_POINT
 
     @property
+    def is_drawn(self) -> bool:
+        """Whether the motion differs from seed to seed."""
+        return False
+
+    @property
     def usual_speed(self) -> float:
         """Ground speed, m/s, if the transport rate matters beside the Earth's."""
         return 0.0
@@ -224,6 +230,10 @@ class Motion(Source):
     def turning(self, earth: TrueEarth = NORMAL_EARTH) -> float:
         """Estimate ∫ω² dt of the vehicle's rotation relative to the Earth, rad²/s; raises like `duration`."""
         return 0.0
+
+    def shaking(self, seed: int) -> Shaking | None:
+        """Return the vibration that the vehicle has of itself, in the axes of the sensor block; None without one."""
+        return None
 
     def trajectory(
         self,

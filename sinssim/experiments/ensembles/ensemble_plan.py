@@ -29,6 +29,7 @@ from sinssim.simulation.foreign_navigator import check_programs
 from sinssim.simulation.guided_passes import closed_loop, is_guided
 from sinssim.simulation.path_errors import check_path, path_columns
 from sinssim.simulation.truth_and_sensors import Truth, truth_along
+from sinssim.truth.motion import Motion
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -124,8 +125,8 @@ def _drawn(variation: Normal | Uniform | Choice, seed: int) -> Any:
 
 
 _TABLES = (
-    "flight", "parked", "great_circle", "motion", "track", "drive", "voyage", "rocket", "turntable", "vibration",
-    "isolator", "truth", "gravity",
+    "flight", "parked", "great_circle", "motion", "track", "drive", "voyage", "rocket", "turntable", "drop",
+    "vibration", "isolator", "truth", "gravity",
 )  # fmt: skip
 _OF_BLOCK = ("lever_arm_m", "mounting_deg", "rate_hz", "rotation")
 _KEPT = 2
@@ -143,8 +144,8 @@ def truth_key(scenario: Scenario) -> str:
         return json.dumps(contents_of(scenario), sort_keys=True)
     flight, table = scenario.flight, scenario.turntable
     drawn = (
-        bool(scenario.vibration or scenario.drive or scenario.voyage)
-        or (scenario.motion is not None and scenario.motion.is_drawn)
+        bool(scenario.vibration)
+        or (isinstance(scenario.source, Motion) and scenario.source.is_drawn)
         or (flight is not None and bool(flight.turbulence))
         or (table is not None and bool(table.position_sigma_arcsec or table.tilt_sigma_arcsec))
         or has_remainder(scenario)

@@ -169,6 +169,8 @@ def _source(scenario: Scenario) -> Iterator[tuple[str, str]]:
         if section is not None:
             legs = f"{len(section.legs)} legs, see below; " if hasattr(section, "legs") else ""
             yield name.replace("_", " "), legs + given(section, "legs")
+    if scenario.drop is not None:
+        yield "drop", given(scenario.drop)
     for vibration in scenario.vibration:
         yield "vibration", given(vibration)
     if scenario.isolator is not None:

@@ -81,7 +81,7 @@ _Surface = tuple[Array, NDArray[np.int64], Array]
 PATHS = {
     "aircraft": "Flight path", "land": "Path of the car", "sea": "Path of the ship", "foot": "Path of the walker",
     "rocket": "Trajectory of the rocket", "multirotor": "Path of the multirotor",
-    "balloon": "Path of the balloon",
+    "balloon": "Path of the balloon", "bomb": "Path of carrier and bomb", "missile": "Path of carrier and missile",
     "": "Path of the vehicle",
 }  # fmt: skip
 """Title of the path of each kind of vehicle; "" is a vehicle of unknown kind."""
@@ -89,6 +89,8 @@ PATHS = {
 
 def kind_of(scenario: Scenario) -> str:
     """Return the kind of vehicle of a scenario: A key of `PATHS`."""
+    if scenario.drop is not None:
+        return "missile" if scenario.drop.motor else "bomb"
     if scenario.flight is not None:
         return "aircraft"
     if scenario.track is not None:
@@ -120,6 +122,8 @@ def vehicle_mesh(kind: str) -> tuple[Array, NDArray[np.uint32], Array]:
         "sea": _ship,
         "foot": _shoe,
         "rocket": _rocket,
+        "missile": _rocket,
+        "bomb": _bomb,
         "multirotor": _multirotor,
         "balloon": _balloon,
         "": _block,
@@ -179,6 +183,17 @@ def _rocket() -> list[_Surface]:
     for side in (1.0, -1.0):
         level = [_blade(-0.4, -0.5, 0.03 * side, 0.0, 0.004), _blade(-0.46, -0.5, 0.13 * side, 0.0, 0.002)]
         upright = [_fin(-0.4, -0.5, 0.03 * side, 0.004), _fin(-0.46, -0.5, 0.13 * side, 0.002)]
+        surfaces += [_loft(level, 0.8), _loft(upright, 0.7)]
+    return surfaces
+
+
+def _bomb() -> list[_Surface]:
+    """Return body and four fins, all thicker than a rocket's."""
+    rings = ((0.5, 0.005), (0.35, 0.075), (0.15, 0.1), (-0.15, 0.1), (-0.4, 0.04), (-0.5, 0.035))
+    surfaces = [_loft([_circle(x, radius) for x, radius in rings], 1.0)]
+    for side in (1.0, -1.0):
+        level = [_blade(-0.3, -0.5, 0.03 * side, 0.0, 0.008), _blade(-0.4, -0.5, 0.15 * side, 0.0, 0.004)]
+        upright = [_fin(-0.3, -0.5, 0.03 * side, 0.008), _fin(-0.4, -0.5, 0.15 * side, 0.004)]
         surfaces += [_loft(level, 0.8), _loft(upright, 0.7)]
     return surfaces
 

@@ -28,6 +28,7 @@ from sinssim.sensors.aiding_sensor import (
 from sinssim.sensors.imu.grades import GradeName
 from sinssim.sensors.measurement_kind import PHI, Comparison, MeasurementKind, R
 from sinssim.toml_section import CorrelationTime, LeverArm, Noise, Spread
+from sinssim.truth.motions.drop import carried_until
 from sinssim.units import ARCMIN, ARCSEC
 
 
@@ -187,7 +188,9 @@ class Master(AidingSensor):
         if vehicle.navigate is None:
             return []
         solution = vehicle.navigate(s.grade, s.lever_arm_m)
-        rows = np.searchsorted(solution.time, s.epochs(trajectory) - 1e-9).clip(max=len(solution.time) - 1)
+        epochs = s.epochs(trajectory)
+        epochs = epochs[epochs <= carried_until(trajectory)]  # the master stays on the carrier
+        rows = np.searchsorted(solution.time, epochs - 1e-9).clip(max=len(solution.time) - 1)
         time = solution.time[rows]
         readings = []
         if s.velocity:

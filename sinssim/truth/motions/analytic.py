@@ -42,6 +42,7 @@ from sinssim.truth.sampling import (
     sample_edges,
 )
 from sinssim.truth.trajectory import Trajectory
+from sinssim.units import DEG, G0
 
 
 class ClosedForm(BlockMotion):
@@ -135,17 +136,50 @@ class ByQuadrature:
 
 
 class Leaning(ByQuadrature):
-    """An analytic motion whose body leans so that its downward axis has a given direction.
+    """An analytic motion over the ground about a place, whose body leans so that its downward axis has a direction.
 
-    With the heading ψ, and the direction (x, y, z) in axes turned by it, roll φ and pitch θ follow from
+    The motion follows the ellipsoid: `moves` gives the way north and east, x and y, and the change of height. The level
+    falls away from that of the place by x²/2M + y²/2N, with the radii of curvature there, and the vertical turns by x/M
+    and y/N. With the heading ψ, and the direction (x, y, z) in axes turned by it, roll φ and pitch θ follow from
 
         (x, y, z)/|(x, y, z)| = (sin θ cos φ, −sin φ, cos θ cos φ)
     """
+
+    def __init__(self, latitude_deg: float) -> None:
+        """Begin at a latitude, degrees."""
+        from sinssim.earth.geodetic_coordinates import radii  # needs the compiler
+
+        self._bend = 1.0 / np.array([float(of) for of in radii(latitude_deg * DEG)])  # 1/M, 1/N
+        self._last: tuple[Array, tuple[Array, ...]] | None = None
+
+    def moves(self, t: Array) -> tuple[Array, ...]:
+        """Return the way north, east and downwards along the ellipsoid with its three derivatives, (N, 3) each."""
+        raise NotImplementedError
 
     def down(self, t: Array) -> tuple[Array, Array, Array, Array]:
         """Return the direction in the frame m, of any length, with its derivative, (N, 3) each; heading and its rate,
         rad and rad/s, (N,)."""
         raise NotImplementedError
+
+    def bent(self, t: Array) -> tuple[Array, ...]:
+        """Return place, velocity, acceleration and jerk in the frame m, and gravity there with its derivative, (N, 3)
+        each."""
+        last = self._last  # attitude, rate and place of the same instants are wanted one after another
+        if last is not None and last[0] is t:
+            return last[1]
+        r, v, a, j = self.moves(t)
+        x, x1, x2, x3 = (of[:, :2] for of in (r, v, a, j))
+        falls = 0.5 * x * x, x * x1, x1 * x1 + x * x2, 3.0 * x1 * x2 + x * x3
+        for of, fall in zip((r, v, a, j), falls, strict=True):
+            of[:, 2] += fall @ self._bend
+        g, change = np.full_like(r, G0), np.zeros_like(r)
+        g[:, :2], change[:, :2] = -G0 * self._bend * x, -G0 * self._bend * x1
+        self._last = t, (r, v, a, j, g, change)
+        return self._last[1]
+
+    def place(self, t: Array) -> tuple[Array, Array, Array]:
+        r, v, a, *_ = self.bent(t)
+        return r, v, a
 
     def _angles(self, t: Array) -> tuple[Array, ...]:
         """Return roll, pitch, heading and their rates."""
@@ -276,11 +310,6 @@ class ClosedFormMotion(PlacedMotion):
     roll_deg: float = Field(default=0.0, ge=-180.0, le=180.0, description="mean roll")
     pitch_deg: float = Field(default=0.0, ge=-90.0, le=90.0, description="mean pitch")
     heading_deg: Heading = Field(default=0.0, description="mean heading")
-
-    @property
-    def is_drawn(self) -> bool:
-        """Whether the motion differs from seed to seed."""
-        return False
 
     def motion(self) -> AnalyticMotion:
         """Return the motion about the place, in the axes of the mean attitude."""

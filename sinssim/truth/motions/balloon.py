@@ -7,8 +7,7 @@ drag balances the weight in air of the density exp(−h/H). With a time θ that 
 
 Balloon and parachute move with the wind w(h), which changes from layer to layer by S of the other vehicles; on the
 ground there is none. The place is the integral of Chebyshev polynomials of degree 15 through its velocity, in pieces of
-20 s at most, eight at least between two corners. The level falls away from that of the launch by x²/2M + y²/2N, with
-the radii of curvature there, and the vertical turns by x/M and y/N.
+20 s at most, eight at least between two corners.
 
 The payload hangs by a line of the length L and swings as a conical pendulum of the angular frequency √(g/L). The line
 pulls along the payload's upward axis, so that g − r̈ gives roll and pitch, as with a multirotor.
@@ -29,7 +28,7 @@ from sinssim.data import Array
 from sinssim.toml_section import Heading
 from sinssim.truth.motion import Mounting, TrueEarth
 from sinssim.truth.motions.analytic import ClosedFormMotion, Leaning, OnEarth
-from sinssim.truth.motions.surface_vehicles import s_curve
+from sinssim.truth.motions.surface_vehicles import rising, s_curve
 from sinssim.truth.sampling import FlightEvent
 from sinssim.truth.trajectory import Trajectory
 from sinssim.units import DEG, G0
@@ -47,24 +46,15 @@ Layer = tuple[
 ]  # fmt: skip
 
 
-def _rising(t: Array, begin: float, lasting: float) -> list[Array]:
-    """Return ∫S dt, S and its three derivatives by time of a change that begins at an instant, (N,) each."""
-    x = np.clip((t - begin) / lasting, 0.0, 1.0)
-    s, integral, slope = s_curve(x)
-    turn, inside = 2.0 * np.pi * x, (x > 0.0) & (x < 1.0)
-    bends = 2.0 * np.pi * np.sin(turn) / lasting**2, 4.0 * np.pi**2 * np.cos(turn) * inside / lasting**3
-    return [lasting * integral + np.maximum(t - begin - lasting, 0.0), s, slope / lasting, *bends]
-
-
 def _held(t: Array, begin: float, rise: float, end: float, fall: float) -> list[Array]:
     """Return the same of a rise by S at an instant and a fall that ends at another one, each with its duration."""
-    return [a - b for a, b in zip(_rising(t, begin, rise), _rising(t, end - fall, fall), strict=True)]
+    return [a - b for a, b in zip(rising(t, begin, rise), rising(t, end - fall, fall), strict=True)]
 
 
 def _smoothly(t: Array, begin: float, lasting: float) -> list[Array]:
     """Return S(S) of a change that begins at an instant, with its three derivatives, which begin as x⁹, (N,) each."""
-    _, u, u1, u2, u3 = _rising(t, begin, lasting)
-    _, s, s1, s2, s3 = _rising(u, 0.0, 1.0)
+    _, u, u1, u2, u3 = rising(t, begin, lasting)
+    _, s, s1, s2, s3 = rising(u, 0.0, 1.0)
     return [s, s1 * u1, s2 * u1**2 + s1 * u2, s3 * u1**3 + 3.0 * s2 * u1 * u2 + s1 * u3]
 
 
@@ -72,13 +62,11 @@ class BalloonFlight(Leaning):
     """The motion of the payload about the place of the launch; see the module's text."""
 
     def __init__(self, keys: BalloonMotion) -> None:
-        from sinssim.earth.geodetic_coordinates import radii  # needs the compiler
-
+        super().__init__(keys.latitude_deg)
         self._keys = keys
         self._height, speed, course = np.array(keys.wind or ((0.0, 0.0, 0.0),), dtype=np.float64).T
         self._wind = -speed[:, None] * np.stack([np.cos(course * DEG), np.sin(course * DEG)], axis=1)
         self._swing = np.sqrt(G0 / keys.line_m)
-        self._bend = 1.0 / np.array([float(of) for of in radii(keys.latitude_deg * DEG)])  # 1/M, 1/N
         passed = [t for height in self._height for t in keys.passes(float(height))]
         launch, top, land = keys.instants
         bends = (
@@ -148,33 +136,25 @@ class BalloonFlight(Leaning):
             sum(comb(order, k) * p[k] * w ** (order - k) for k in range(order + 1)) * turned for order in range(4)
         ]  # Leibniz
 
-    def place(self, t: Array) -> tuple[Array, Array, Array]:
+    def moves(self, t: Array) -> tuple[Array, ...]:
         k = np.clip(np.searchsorted(self._begins, t, side="right") - 1, 0, len(self._begins) - 2)
         x = (2.0 * (t - self._begins[k]) / (self._begins[k + 1] - self._begins[k]) - 1.0)[:, None]
         after, before = np.zeros((len(t), 2)), np.zeros((len(t), 2))
         for number in range(_DEGREE + 1, 0, -1):  # Clenshaw
             after, before = self._drifted[k, number] + 2.0 * x * after - before, after
-        drift, height, swung = self._drift(t), self._climb(t), self._swung(t)
-        moved = self._drifted[k, 0] + x * after - before, drift[0], drift[1]
-        r, v, a = (of + by.real for of, by in zip(moved, swung, strict=False))
-        bend = self._bend  # the level falls away by x²/2M + y²/2N
-        down = (r * r) @ bend / 2.0, (r * v) @ bend, (v * v + r * a) @ bend
-        r, v, a = (np.column_stack([of, by - up]) for of, by, up in zip((r, v, a), down, height, strict=False))
-        return r, v, a
+        drifted = self._drifted[k, 0] + x * after - before, *self._drift(t)
+        return tuple(
+            np.column_stack([drift + swung.real, -height])
+            for drift, swung, height in zip(drifted, self._swung(t), self._climb(t), strict=True)
+        )
 
     def down(self, t: Array) -> tuple[Array, Array, Array, Array]:
         """Return the apparent gravity, along which the line hangs; see `Leaning`."""
-        drift, height, swung = self._drift(t), self._climb(t), self._swung(t)
-        (r, v, _), bend = self.place(t), self._bend
-        a, jerk = drift[1] + swung[2].real, drift[2] + swung[3].real
-        of = np.column_stack([-a - G0 * bend * r[:, :2], height[2] - (v[:, :2] ** 2 + r[:, :2] * a) @ bend + G0])
-        change = np.column_stack([
-            -jerk - G0 * bend * v[:, :2], height[3] - (3.0 * v[:, :2] * a + r[:, :2] * jerk) @ bend,
-        ])  # fmt: skip
+        _, _, a, j, g, change = self.bent(t)
         launch, _, land = self._keys.instants
         turned, part, *_ = _held(t, launch, _START, land, self._keys.landing_s)
         spin = self._keys.spin_deg_s * DEG
-        return of, change, self._keys.heading_deg * DEG + spin * turned, spin * part
+        return g - a, change - j, self._keys.heading_deg * DEG + spin * turned, spin * part
 
 
 class BalloonMotion(ClosedFormMotion):

@@ -22,7 +22,7 @@ Only `rates`, at single instants, computes ω̇ from differences of ω over a mi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -83,6 +83,8 @@ class Vibrating(DerivedMotion):
 
     The angular rate of the vehicle, `base`, must be continuous. Tones of one coordinate, in the vehicle's axes, are
     added. The lever arm is from the vehicle's point to the block's mean place, in the vehicle's axes; v_b' = C_bs v_s.
+    `part` gives the part of the vibration that acts at instants, (N,) s, with its two derivatives by time, (3, N); the
+    second must be bounded. Without it, all of it acts at all times.
     """
 
     def __init__(
@@ -91,7 +93,9 @@ class Vibrating(DerivedMotion):
         tones: Sequence[Tone] = (),
         lever_arm: ArrayLike = (0.0, 0.0, 0.0),
         q_bs: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        part: Callable[[Array], Array] | None = None,
     ) -> None:
+        self._part = part
         for number, tone in enumerate(tones, start=1):
             if tone.coordinate not in COORDINATE_NUMBER:
                 raise unknown_name(f"coordinate of vibration tone {number}", tone.coordinate, COORDINATES)
@@ -119,6 +123,11 @@ class Vibrating(DerivedMotion):
         _sum_tones(
             t, self._first_tone, self._amplitude, self._omega, self._phase, sine, cosine, value, first, second
         )  # fmt: skip
+        if self._part is not None:  # Leibniz
+            p = self._part(t)[:, :, None]
+            value, first, second = (
+                p[0] * value, p[0] * first + p[1] * value, p[0] * second + 2.0 * p[1] * first + p[2] * value,
+            )  # fmt: skip
         phi, rate = value[:, :3], first[:, :3]
         x = np.linalg.norm(phi, axis=1)[:, None]
         # (1 − cos x)/x² = ½ sinc²(x/2); (x − sin x)/x³ is summed as a series where the difference would cancel

@@ -20,12 +20,21 @@ the vehicle: with its loop u = −ω₀² r − √2 ω₀ ṙ, which the rotors
 
     (1) r/w = c / (s² + cs + (ω₀² + √2 ω₀ s)/(1 + τs)),  s = iω
 
-Wind and displacement rise by S from the ground to the end of the take-off, and fall while it lands.
+The rotors lag behind the commands of the legs, too. With the place r_c that these command, the loop and its
+feedforward, u = r̈_c + cṙ_c − ω₀² e − √2 ω₀ ė after the lag, the deviation e = r − r_c follows
+
+    (2) τ e⃛ + (1 + cτ) ë + (c + √2 ω₀) ė + ω₀² e = −τ (r⃛_c + c r̈_c)
+
+Its jerk is a polynomial by collocation in each of many short pieces, of which acceleration, velocity and place are the
+integrals. Wind and displacements rise by S from the ground to the end of the take-off, and fall while it lands; so does
+the vibration by the rotors: of each the imbalance, once a turn, and the blades that pass its arm.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cached_property
+from itertools import pairwise
 from math import comb
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Union
 
@@ -34,18 +43,23 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from sinssim.data import Array
-from sinssim.toml_section import A_TURN, Heading, Section
+from sinssim.toml_section import A_TURN, Frequency, Heading, Section
 from sinssim.truth.motion import Mounting, TrueEarth
 from sinssim.truth.motions.analytic import ClosedFormMotion, Leaning, OnEarth
-from sinssim.truth.motions.surface_vehicles import s_curve
+from sinssim.truth.motions.surface_vehicles import rising, s_curve
+from sinssim.truth.motions.vibration import Shaking, Tone
 from sinssim.truth.sampling import FlightEvent
 from sinssim.truth.trajectory import Trajectory
-from sinssim.units import DEG, G0
+from sinssim.units import ARCSEC, DEG, G0
 
 _Distance = Annotated[float, Field(ge=-1e5, le=1e5)]
 _Length = Annotated[float, Field(gt=0.0, le=1e5)]
-_GUSTS = 71
-"""Branch of the random numbers."""
+_GUSTS, _ROTORS = 71, 72
+"""Branches of the random numbers."""
+_SPREAD = 0.01
+"""1σ of the relative differences of the rotors' speeds."""
+_DEGREE, _PIECE = 8, 1.5
+"""Degree of the jerk of a deviation, and length of a piece in units of the lag of the rotors or of the loop's time."""
 _TONES, _SLOWEST, _FASTEST = 30, 0.05, 20.0
 """Tones of the gusts; the lowest frequency times their correlation time; and the highest one, rad/s, beyond which the
 body does not follow."""
@@ -166,50 +180,46 @@ class MultirotorFlight(Leaning):
         drag: c, 1/s.
         wind: the wind.
         lifts: begin and end of each take-off and landing, s, and the change of the part of the wind; (L, 3).
+        loop, lag: ω₀, rad/s, and τ, s.
+        latitude: of the place, degrees.
     """
 
-    def __init__(self, rows: Array, drag: float, wind: Wind, lifts: Array) -> None:
+    def __init__(
+        self, rows: Array, drag: float, wind: Wind, lifts: Array, loop: float, lag: float, latitude: float
+    ) -> None:
+        super().__init__(latitude)
         self._rows, self._drag, self._wind, self._lifts = rows, drag, wind, lifts
         self.breaks = np.unique(np.concatenate([rows[:, 0], rows[:, 0] + rows[:, 1]]))
         self.fastest = 8.0 * np.pi / float(rows[:, 1].min()) + float(wind.omega.max(initial=0.0))
-        self._last: tuple[Array, tuple[Array, ...]] | None = None
-
-    def _part(self, t: Array) -> Array:
-        """Return the part of the wind that acts, with its three derivatives by time, (4, N, 1)."""
-        part = np.zeros((4, len(t)))
-        for begin, end, change in self._lifts:
-            lasting = end - begin
-            x = np.clip((t - begin) / lasting, 0.0, 1.0)
-            s, _, slope = s_curve(x)
-            turn = 2.0 * np.pi * x
-            third = np.cos(turn) * ((x > 0.0) & (x < 1.0))
-            bends = 2.0 * np.pi * np.sin(turn) / lasting**2, (2.0 * np.pi) ** 2 * third / lasting**3
-            part += change * np.stack([s, slope / lasting, *bends])
-        return part[:, :, None]
+        self._beside: tuple[Array, ...] = ()  # heading, its rate, the wind and its derivative of the last instants
+        self._lagging = _Lag(self, rows, lifts, drag, loop, lag) if lag and len(lifts) else None
+        if self._lagging is not None:
+            self.fastest = max(self.fastest, 2.0 / lag)
+            self.breaks = np.union1d(self.breaks, self._lagging.edges)
 
     def _blown(self, t: Array) -> tuple[Array, Array]:
         """Return the wind with its derivative, (2, N, 3), and the displacement with its three, (4, N, 3)."""
         wind, moved = np.zeros((2, len(t), 3)), np.zeros((4, len(t), 3))
+        if self._lagging is not None:
+            out, off = _part(self._lifts, t)[:, :, None], self._lagging.at(t)
+            for order in range(4):  # Leibniz
+                moved[order] = sum(comb(order, k) * out[k] * off[order - k] for k in range(order + 1))
         if not (self._wind.mean.any() or self._wind.omega.size):
             return wind, moved
-        out, (w, q) = self._part(t), self._wind.at(t)
+        out, (w, q) = _part(self._lifts, t)[:, :, None], self._wind.at(t)
         wind[:, :, :2] = out[0] * w[0], out[0] * w[1] + out[1] * w[0]
         for order in range(4):  # Leibniz
-            moved[order, :, :2] = sum(comb(order, k) * out[k] * q[order - k] for k in range(order + 1))
+            moved[order, :, :2] += sum(comb(order, k) * out[k] * q[order - k] for k in range(order + 1))
         return wind, moved
 
-    def _moves(self, t: Array) -> tuple[Array, ...]:
-        """Return what `_path` does, with the displacement, and the wind with its derivative."""
-        last = self._last  # attitude, rate and place of the same instants are wanted one after another
-        if last is None or last[0] is not t:
-            *vectors, heading, turning = self._path(t)
-            wind, moved = self._blown(t)
-            vectors = [vector + by for vector, by in zip(vectors, moved, strict=True)]
-            last = self._last = t, (*vectors, heading, turning, *wind)
-        return last[1]
+    def moves(self, t: Array) -> tuple[Array, ...]:
+        *vectors, heading, turning = self.path(t)
+        wind, moved = self._blown(t)
+        self._last, self._beside = None, (heading, turning, *wind)
+        return tuple(vector + by for vector, by in zip(vectors, moved, strict=True))
 
-    def _path(self, t: Array) -> tuple[Array, ...]:
-        """Return place, velocity, acceleration and jerk, (N, 3) each, heading and its rate, (N,), without the wind."""
+    def path(self, t: Array) -> tuple[Array, ...]:
+        """Return place, velocity, acceleration and jerk, (N, 3) each, heading and its rate, (N,), as commanded."""
         begins = self._rows[:, 0]
         p = self._rows[np.clip(np.searchsorted(begins, t, side="right") - 1, 0, len(begins) - 1)].T
         begin, lasting, speed, change, way, course, climb, bend = p[:8]
@@ -236,13 +246,99 @@ class MultirotorFlight(Leaning):
 
     def down(self, t: Array) -> tuple[Array, Array, Array, Array]:
         """Return the direction against the push of the rotors; see `Leaning`."""
-        _, v, a, jerk, heading, turning, wind, change = self._moves(t)
-        force, growth = a + self._drag * (v - wind) - [0.0, 0.0, G0], jerk + self._drag * (a - change)
-        return -force, -growth, heading, turning
+        _, v, a, jerk, g, change = self.bent(t)
+        heading, turning, wind, gusting = self._beside
+        return g - a - self._drag * (v - wind), change - jerk - self._drag * (a - gusting), heading, turning
 
-    def place(self, t: Array) -> tuple[Array, Array, Array]:
-        r, v, a, *_ = self._moves(t)
-        return r, v, a
+
+class _Lag:
+    """The deviation from the commands of a flight by the lag of its rotors, (2), without wind; the arguments are those
+    of the flight."""
+
+    def __init__(
+        self, flight: MultirotorFlight, rows: Array, lifts: Array, drag: float, loop: float, lag: float
+    ) -> None:
+        equation = np.array([loop**2, drag + np.sqrt(2.0) * loop, 1.0 + drag * lag, lag])  # of e and its derivatives
+        calm = 40.0 / -float(np.roots(equation[::-1]).real.max())  # s, after which nothing is left
+        spans = list(self._spans(rows, lifts, calm, _PIECE * min(lag, 1.0 / loop)))
+        self._begins = np.array([begin for begin, _ in spans])
+        self._ends = np.array([end for _, end in spans])
+        self.edges = np.union1d(self._begins, self._ends)
+        half = 0.5 * (self._ends - self._begins)
+        x = np.polynomial.chebyshev.chebpts1(_DEGREE + 1)
+        time = (self._begins[:, None] + half[:, None] * (x + 1.0)).ravel()
+        _, _, a, jerk, *_ = flight.path(time)
+        push = -lag * (jerk + drag * a).reshape(len(half), len(x), 3)
+        # the jerk's coefficients, then columns of unit ë, ė and e at the beginning
+        jerks = np.concatenate([np.eye(_DEGREE + 1), np.zeros((_DEGREE + 1, 3))], axis=1)
+        unit = _integrals(np.broadcast_to(jerks, (len(half), *jerks.shape)), half, np.eye(3, _DEGREE + 4, _DEGREE + 1))
+        at_nodes = sum(
+            part * np.einsum("nj,pjk->pnk", np.vander(x, of.shape[1], increasing=True), of)
+            for part, of in zip(equation[::-1], unit, strict=True)
+        )
+        matrix, ours = at_nodes[:, :, : _DEGREE + 1], at_nodes[:, :, _DEGREE + 1 :]
+        answers = np.linalg.solve(matrix, np.concatenate([push, -ours], axis=2))
+        ends = [of.sum(axis=1) for of in _integrals(answers, half, np.eye(3, 6, 3))[1:]]
+        steps = np.stack(ends, axis=1)  # ë, ė and e at the end, of the push and of the beginning, (P, 3, 6)
+        begun = np.zeros((len(half), 3, 3))
+        for k in range(1, len(half)):
+            if self._begins[k] == self._ends[k - 1]:
+                begun[k] = steps[k - 1, :, :3] + steps[k - 1, :, 3:] @ begun[k - 1]
+        jerks = answers[:, :, :3] + answers[:, :, 3:] @ begun
+        # e, ė, ë and the jerk of each piece by powers of x, (P + 1, powers, 4, 3); the last piece is rest
+        self._powers = np.zeros((len(half) + 1, _DEGREE + 4, 4, 3))
+        for order, of in enumerate(_integrals(jerks, half, begun)[::-1]):
+            self._powers[:-1, : of.shape[1], order] = of
+        self._ends = np.append(self._ends, np.inf)
+
+    @staticmethod
+    def _spans(rows: Array, lifts: Array, calm: float, longest: float) -> Iterator[tuple[float, float]]:
+        """Yield begin and end of the pieces: none on the ground, and none long after a command."""
+        for row in rows:
+            begin, lasting, speed, change, bend = (float(row[k]) for k in (0, 1, 2, 3, 7))
+            rising, falling = (lifts[lifts[:, 2] * sign > 0.0] for sign in (1.0, -1.0))
+            if np.sum(rising[:, 0] <= begin) <= np.sum(falling[:, 1] <= begin):
+                continue
+            length = longest if not change else min(longest, 0.25 * lasting)
+            length = min(length, 0.5 / max(abs(bend) * max(speed, speed + change), 1e-9))
+            span = lasting if change or bend else min(lasting, calm)
+            edges = begin + span * np.linspace(0.0, 1.0, int(np.ceil(span / length)) + 1)
+            edges[-1] = begin + lasting if span == lasting else edges[-1]
+            yield from pairwise(edges.tolist())
+
+    def at(self, t: Array) -> Array:
+        """Return the deviation with its three derivatives, (4, N, 3)."""
+        k = np.clip(np.searchsorted(self._begins, t, side="right") - 1, 0, None)
+        k[t >= self._ends[k]] = len(self._begins)
+        half = 0.5 * (self._ends - np.append(self._begins, 0.0))
+        x = ((t - np.append(self._begins, 0.0)[k]) / half[k] - 1.0)[:, None, None]
+        values = self._powers[k, -1]
+        for power in range(self._powers.shape[1] - 2, -1, -1):
+            values = values * x + self._powers[k, power]
+        return np.moveaxis(values, 1, 0)
+
+
+def _integrals(jerk: Array, half: Array, begun: Array) -> list[Array]:
+    """Return polynomials on −1…1 by their powers, (P, powers, K), and their three integrals over pieces of given
+    half-lengths, (P,) s, which begin with the rows of `begun`, ((P,) 3, K)."""
+    found = [jerk]
+    for row in range(3):
+        last = found[-1]
+        number = np.arange(1, last.shape[1] + 1)[:, None]
+        inner = last * half[:, None, None] / number
+        first = begun[..., row, :] - np.sum(inner * (-1.0) ** number, axis=1)
+        found.append(np.concatenate([first[:, None], inner], axis=1))
+    return found
+
+
+def _part(lifts: Array, t: Array) -> Array:
+    """Return the part of wind, lag and vibration that acts, with its three derivatives by time, (4, N)."""
+    part = np.zeros((4, len(t)))
+    for begin, end, change in lifts:
+        part[0, t >= end] += change
+        within = (t > begin) & (t < end)
+        part[:, within] += change * np.stack(rising(t[within], begin, end - begin)[1:])
+    return part
 
 
 class _Plan:
@@ -350,17 +446,32 @@ class MultirotorMotion(ClosedFormMotion):
     )
     gust_s: Annotated[float, Field(ge=0.1, le=1000.0)] = Field(default=3.0, description="their correlation time")
     loop_rad_s: Annotated[float, Field(ge=0.1, le=5.0)] = Field(
-        default=1.0, description="natural frequency of the loop that holds the place"
+        default=1.0, description="natural frequency of the loop that holds the place and follows the legs"
     )
     rotor_lag_s: Annotated[float, Field(ge=0.0, le=1.0)] = Field(
         default=0.15, description="lag of the push of the rotors behind the loop, that of the tilt included"
+    )
+    rotors: Annotated[int, Field(ge=3, le=16)] = Field(default=4, description="number of the rotors")
+    rotor_hz: Frequency = Field(default=95.0, description="turns of a rotor per second in hover")
+    blades: Annotated[int, Field(ge=2, le=8)] = Field(default=2, description="blades of a rotor")
+    rotor_rms_g: Annotated[float, Field(ge=0.0, le=50.0)] = Field(
+        default=0.0,
+        description="rms vibration by the rotors in flight, along each axis: forward and right by their imbalance, at "
+        "rotor_hz, and down by their blades, at blades times rotor_hz",
+    )
+    rotor_rms_arcsec: Annotated[float, Field(ge=0.0, le=36_000.0)] = Field(
+        default=0.0, description="the same in roll and pitch, by the blades"
     )
 
     rules = (
         (lambda s: not s.wind_mps and s.changed("wind_from_deg"),
          "{it} has no effect without wind_mps: give the mean wind"),
-        (lambda s: not s.gust_sigma_mps and s.changed("gust_s", "loop_rad_s", "rotor_lag_s"),
+        (lambda s: not s.gust_sigma_mps and s.changed("gust_s"),
          "{it} has no effect without gusts: give gust_sigma_mps"),
+        (lambda s: 0.0 < s.rotor_lag_s < 0.01,
+         "rotor_lag_s = {s.rotor_lag_s:g} is shorter than that of any rotor: give 0, for none, or at least 0.01"),
+        (lambda s: not (s.rotor_rms_g or s.rotor_rms_arcsec) and s.changed("rotors", "rotor_hz", "blades"),
+         "{it} has no effect without vibration by the rotors: give rotor_rms_g or rotor_rms_arcsec"),
         (lambda s: s.unstable,
          "rotor_lag_s = {s.rotor_lag_s:g} is too long for loop_rad_s = {s.loop_rad_s:g}: the loop would oscillate with "
          "growing amplitude; give a shorter lag or a slower loop"),
@@ -406,7 +517,7 @@ class MultirotorMotion(ClosedFormMotion):
 
     @property
     def is_drawn(self) -> bool:
-        return bool(self.gust_sigma_mps)
+        return bool(self.gust_sigma_mps or self.rotor_rms_g or self.rotor_rms_arcsec)
 
     def wind(self, seed: int) -> Wind:
         """Return the wind of a seed: the gusts' tones at random frequencies, evenly spread over their logarithm."""
@@ -427,7 +538,27 @@ class MultirotorMotion(ClosedFormMotion):
     def motion(self, seed: int = 0) -> MultirotorFlight:
         """Return the motion with the gusts of a seed; see the base."""
         lifts = np.array(self._plan.lifts).reshape(-1, 3)
-        return MultirotorFlight(np.array(self._plan.rows), self.drag_per_s, self.wind(seed), lifts)
+        rows, loop = np.array(self._plan.rows), (self.loop_rad_s, self.rotor_lag_s)
+        return MultirotorFlight(rows, self.drag_per_s, self.wind(seed), lifts, *loop, self.latitude_deg)
+
+    def shaking(self, seed: int) -> Shaking | None:
+        """Return the lines of each rotor, whose speeds differ by about a hundredth; see the base."""
+        if not (self.rotor_rms_g or self.rotor_rms_arcsec):
+            return None
+        generator = np.random.Generator(np.random.SFC64(np.random.SeedSequence(seed, spawn_key=(_ROTORS,))))
+        tones = []
+        for speed in self.rotor_hz * (1.0 + _SPREAD * generator.standard_normal(self.rotors)):
+            imbalance, blades, roll, pitch = 2.0 * np.pi * generator.random(4)
+            passing = self.blades * speed
+            size = np.sqrt(2.0 / self.rotors) * self.rotor_rms_g * G0 / (2.0 * np.pi * np.array([speed, passing])) ** 2
+            turn = np.sqrt(2.0 / self.rotors) * self.rotor_rms_arcsec * ARCSEC
+            tones += [
+                Tone("forward", size[0], speed, imbalance), Tone("right", size[0], speed, imbalance - 0.5 * np.pi),
+                Tone("down", size[1], passing, blades), Tone("roll", turn, passing, roll),
+                Tone("pitch", turn, passing, pitch),
+            ]  # fmt: skip
+        lifts = np.array(self._plan.lifts).reshape(-1, 3)
+        return Shaking(tuple(tones), lambda t: _part(lifts, t)[:3])
 
     def block_motion(self, block: Mounting, earth: TrueEarth, seed: int) -> Trajectory:
         level = (1.0, 0.0, 0.0, 0.0)

@@ -12,14 +12,20 @@ The specific force is a given function, not a difference of states, and the solu
 order 8, steps below half a second in the air) is below the rounding of Earth-fixed coordinates. The increments
 are its quadrature between the instants at which thrust, drag or mass jump.
 
-Attitude has a closed form. The elevation ε above the horizon of the pad follows the program, the body spins by φ
-about its axis, and the axes of the pad, heading ψ, are released from the Earth's rotation within a second after
-lift-off. With the time τ during which they have turned with the Earth,
+The elevation ε above the horizon of the pad follows the program, the body spins by φ about its axis, and the axes of
+the pad, heading ψ, are released from the Earth's rotation within a second after lift-off. With the azimuth α from ψ and
+the time τ during which they have turned with the Earth,
 
-    C_eb = R_z(−ω_ie (t − τ)) C_en R_z(ψ) R_y(ε) R_x(φ),   ω_ib = C_be k ω_ie τ̇ + R_x(−φ) y ε̇ + x φ̇
+    C_eb = R_z(−ω_ie (t − τ)) C_en R_z(ψ) R_z(α) R_y(ε) R_x(φ)
+    ω_ib = C_be k ω_ie τ̇ + R_x(−φ) (R_y(−ε) z α̇ + y ε̇) + x φ̇
 
-Changes of elevation, spin and τ follow S(x) of the other vehicles, so that the rate is continuous. There is no lift;
-the angle of attack changes only the direction of thrust.
+Until a gravity turn α = 0, and the attitude has a closed form. In it, ε and α are those of v_a, and follow it without
+an angle of attack (Ruppe, Introduction to Astronautics, 1966): gravity alone bends the path. Changes of elevation, spin
+and τ, and the beginning of the gravity turn, follow S(x) of the other vehicles, so that the rate is continuous. There
+is no lift; the angle of attack changes only the direction of thrust.
+
+On the pad the rocket sways in the wind about its base: each of two tilts is a sum of tones, the response of a damped
+oscillator to gusts, which ends before lift-off.
 """
 
 from __future__ import annotations
@@ -39,14 +45,25 @@ from sinssim.toml_section import Duration, Heading, Height, Latitude, Longitude,
 from sinssim.truth.flight.atmosphere import SPACE_M, density
 from sinssim.truth.motion import NORMAL_EARTH, Mounting, PlacedMotion, TrueEarth
 from sinssim.truth.motions.analytic import ClosedForm
-from sinssim.truth.motions.surface_vehicles import s_curve
+from sinssim.truth.motions.surface_vehicles import rising, s_curve
+from sinssim.truth.motions.vibration import Tone
 from sinssim.truth.sampling import FlightEvent, block_state, integrate_samples, sample_edges
-from sinssim.units import DEG, G0
+from sinssim.units import ARCMIN, DEG, G0
 
 if TYPE_CHECKING:
     from sinssim.truth.trajectory import Trajectory
 
+LIFT_OFF, BURN_OUT = "lift-off", "burn-out of stage"
+"""Beginnings of the texts of two events."""
 _RELEASE_S, _SPIN_UP_S = 1.0, 10.0
+_FOLLOW_S = 5.0
+"""Time in which the axis turns into the velocity at the beginning of a gravity turn, s."""
+_SWAYING = 73
+"""Branch of the random numbers."""
+_SWAY_DAMPING, _GUST_S, _CALM_S = 0.03, 5.0, 10.0
+"""Damping ratio of the sway, correlation time of the gusts, and the time before lift-off in which it ends, s."""
+_SWAY_TONES, _SWAY_BAND = 60, (0.05, 2.0)
+"""Tones of each tilt, and their band in units of the natural frequency."""
 _LONGEST_S = 3.0 * 3600.0
 """Time after which a rocket without a duration has to be back, s."""
 _LIGHTEST = 10.0
@@ -99,6 +116,20 @@ class Rocket(PlacedMotion):
         description="[time after lift-off, elevation] to which the elevation above the horizon of the pad changes "
         "smoothly from that before; s and degrees",
     )
+    gravity_turn_s: Moment | None = Field(
+        default=None,
+        description=f"time after lift-off from which the axis turns, within {_FOLLOW_S:g} s, into the velocity in the "
+        "air, and follows it: without an angle of attack, gravity bends the path",
+    )
+    sway_arcmin: Annotated[float, Field(ge=0.0, le=300.0)] = Field(
+        default=0.0, description="rms of the tilt of the rocket on its pad in the wind, in each of two directions"
+    )
+    sway_hz: Annotated[float, Field(ge=0.05, le=10.0)] = Field(
+        default=0.4, description="natural frequency of this sway"
+    )
+    sway_arm_m: Annotated[float, Field(ge=0.0, le=150.0)] = Field(
+        default=10.0, description="height of the sensors above the base, about which it sways"
+    )
     spin_deg_s: Annotated[float, Field(ge=-7200.0, le=7200.0)] = Field(
         default=0.0, description="rate about the body's axis, reached 10 s after lift-off"
     )
@@ -120,6 +151,21 @@ class Rocket(PlacedMotion):
         (lambda s: next((time for (before, _), (time, _) in zip(((0.0, 0.0), *s.program), s.program, strict=False)
                          if time <= before), None) is not None,
          "program: its times must increase, from above 0; here they are {s.program_times}"),
+        (lambda s: s.gravity_turn_s is not None and s.last[0] > s.gravity_turn_s,
+         "program: the gravity turn follows it: its last time, {s.last[0]:g}, must not be after gravity_turn_s = "
+         "{s.gravity_turn_s:g}"),
+        (lambda s: s.gravity_turn_s is not None and s.gravity_turn_s < _SPIN_UP_S,
+         "gravity_turn_s = {s.gravity_turn_s:g} must be at least 10: before, the velocity has no certain direction"),
+        (lambda s: s.gravity_turn_s is not None and s.last[1] > 89.5,
+         "gravity_turn_s = {s.gravity_turn_s:g} would begin at an elevation of {s.last[1]:g}, where gravity hardly "
+         "bends the path: give a program that ends at 89.5 or less"),
+        (lambda s: s.jolted,
+         "gravity_turn_s = {s.gravity_turn_s:g}: {it:g} s after lift-off the thrust jumps, while the axis turns into "
+         "the velocity; begin at least 5 s before, or after it"),
+        (lambda s: not s.sway_arcmin and s.changed("sway_hz", "sway_arm_m"),
+         "{it} has no effect without sway_arcmin: give the rms of the tilt"),
+        (lambda s: s.sway_arcmin and s.pad_s < 2.0 * _CALM_S,
+         "pad_s = {s.pad_s:g}: the sway ends in the last 10 s before lift-off; give 20 s or more"),
         (lambda s: s.payload_kg < _LIGHTEST * s.drag_area and s.drag_area,
          "payload_kg = {s.payload_kg:g} is too light for a drag area of {it:.3g} m², π/4 diameter_m² drag_coefficient: "
          "give 10 kg/m² or more"),
@@ -138,6 +184,19 @@ class Rocket(PlacedMotion):
         return 0.25 * np.pi * self.diameter_m**2 * self.drag_coefficient
 
     @property
+    def last(self) -> tuple[float, float]:
+        """Time after lift-off, s, and elevation, degrees, with which the program ends."""
+        return self.program[-1] if self.program else (0.0, self.elevation_deg)
+
+    @property
+    def jolted(self) -> float | None:
+        """The time from lift-off to the first jump of the thrust while a gravity turn begins, s; None if none jumps."""
+        if self.gravity_turn_s is None:
+            return None
+        jumps = (t - self.pad_s for burn in _burns(self) for t in (burn.begin, burn.end))
+        return next((t for t in jumps if self.gravity_turn_s < t < self.gravity_turn_s + _FOLLOW_S), None)
+
+    @property
     def program_times(self) -> str:
         """The times of the program, for a message."""
         return ", ".join(f"{time:g}" for time, _ in self.program)
@@ -154,8 +213,39 @@ class Rocket(PlacedMotion):
         lasting = np.diff([0.0, *(time for time, _ in self.program)])
         return float(np.sum(1.5 * angles**2 / lasting)) + (self.spin_deg_s * DEG) ** 2 * self.duration(earth)
 
+    @property
+    def is_drawn(self) -> bool:
+        return bool(self.sway_arcmin)
+
+    def sway(self, seed: int) -> list[Tone]:
+        """Return the tones of the tilts about right and down, and of what they displace the sensors."""
+        edges = np.linspace(*_SWAY_BAND, _SWAY_TONES + 1)
+        tones = []
+        for number, (turn, shift, sign) in enumerate((("pitch", "down", -1.0), ("yaw", "right", 1.0))):
+            sequence = np.random.SeedSequence(seed, spawn_key=(_SWAYING, number))
+            generator = np.random.Generator(np.random.SFC64(sequence))
+            ratio = edges[:-1] + np.diff(edges) * generator.random(_SWAY_TONES)
+            moved = 1.0 / np.abs(1.0 - ratio**2 + 2j * _SWAY_DAMPING * ratio)
+            size = moved / np.hypot(1.0, 2.0 * np.pi * ratio * self.sway_hz * _GUST_S)
+            size *= np.sqrt(2.0 / np.sum(size**2)) * self.sway_arcmin * ARCMIN
+            for f, a, phase in zip(
+                ratio * self.sway_hz, size, 2.0 * np.pi * generator.random(_SWAY_TONES), strict=True
+            ):
+                tones.append(Tone(turn, float(a), float(f), float(phase)))
+                tones.append(Tone(shift, float(sign * self.sway_arm_m * a), float(f), float(phase)))
+        return tones
+
+    def _on_pad(self, time: Array) -> Array:
+        """Return the part of the sway that acts, with its two derivatives by time, (3, N)."""
+        s, *bends = rising(time, self.pad_s - _CALM_S, _CALM_S)[1:4]
+        return np.stack([1.0 - s, *(-bend for bend in bends)])
+
     def block_motion(self, block: Mounting, earth: TrueEarth, seed: int) -> Trajectory:
-        return block.of(flown(self, earth))
+        if not self.sway_arcmin:
+            return block.of(flown(self, earth))
+        from sinssim.truth.motions.mounted_block import Vibrating  # needs the compiler
+
+        return Vibrating(flown(self, earth), self.sway(seed), block.lever_arm_m, block.q_bs, self._on_pad)
 
 
 @lru_cache(maxsize=4)
@@ -202,6 +292,11 @@ class RocketFlight(ClosedForm):
         # times, elevations and their changes of the parts of the program
         self._program = np.array([(0.0, rocket.elevation_deg), *rocket.program]) * [1.0, DEG]
         self._program[:, 0] += self._lift_off
+        turn = rocket.gravity_turn_s
+        self._follow = None if turn is None else self._lift_off + turn
+        up = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]])  # ahead, right and up of the pad
+        self._basis = rotation.rotate(self._q_pad, up)
+        self._released = self._turned(self._basis, np.full(3, -self._lift_off - 0.5 * _RELEASE_S))
         self.fastest = 2.0 * abs(rocket.spin_deg_s) * DEG + 10.0
         self._air: list[float] = []  # instants at which it leaves or enters the air
         self._pieces: list[tuple[float, Any]] = []  # beginning and solution
@@ -220,6 +315,7 @@ class RocketFlight(ClosedForm):
     def _corners(self) -> list[float]:
         """Return the instants at which thrust, mass or a derivative of the attitude jump."""
         turns = [self._lift_off, self._lift_off + _RELEASE_S, self._lift_off + _SPIN_UP_S, *self._program[:, 0]]
+        turns += [] if self._follow is None else [self._follow, self._follow + _FOLLOW_S]
         return sorted({*turns, *(t for burn in self._burns for t in (burn.begin, burn.end, burn.separation))})
 
     def _push(self, time: Array, within: Array | float) -> tuple[Array, Array]:
@@ -261,7 +357,7 @@ class RocketFlight(ClosedForm):
                 thrust, mass = self._push(at, middle)
                 force = self._drag(r, v, mass) if flying else np.zeros((1, 3))
                 if thrust[0] > 0.0:
-                    force += self._axis(at) * (thrust / mass)
+                    force += self._axis(at, r, v) * (thrust / mass)
                 gravitation = sinssim.earth.gravitation_ecef(r, self.gravity, self.ellipsoid)
                 return np.concatenate([y[3:], (gravitation + force)[0]])
 
@@ -293,11 +389,31 @@ class RocketFlight(ClosedForm):
             )
         self.end = last
 
-    def _axis(self, time: Array) -> Array:
-        """Return the direction of the thrust in inertial axes, (N, 3)."""
-        elevation, _, turned, *_ = self._angles(time)
-        ahead, up = (rotation.rotate(self._q_pad, axis) for axis in (np.array([1.0, 0.0, 0.0]), [0.0, 0.0, -1.0]))
-        return self._turned(np.outer(np.cos(elevation), ahead) + np.outer(np.sin(elevation), up), -turned)
+    def _axis(self, time: Array, r: Array, v: Array) -> Array:
+        """Return the direction of the thrust in inertial axes, (N, 3), at positions and velocities there."""
+        elevation, azimuth, _, turned, *_ = self._directed(time, r, v)
+        level = np.cos(elevation)
+        of_pad = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)], axis=1)
+        return self._turned(of_pad @ self._basis, -turned)
+
+    def _directed(self, time: Array, r: Array, v: Array, a: Array | None = None) -> tuple[Array, ...]:
+        """Return elevation, azimuth, spin angle and the time τ with the Earth, and their rates, at positions,
+        velocities and accelerations in inertial axes; without these, the rates of a gravity turn are zero."""
+        elevation, roll, turned, elevating, rolling, kept = self._angles(time)
+        azimuth, veering = np.zeros_like(elevation), np.zeros_like(elevation)
+        if self._follow is None or not (time > self._follow).any():
+            return elevation, azimuth, roll, turned, elevating, veering, rolling, kept
+        s, _, slope = s_curve(np.clip((time - self._follow) / _FOLLOW_S, 0.0, 1.0))
+        flow = (v - np.cross(self._spin, r)) @ self._released.T
+        change = np.zeros_like(flow) if a is None else (a - np.cross(self._spin, v)) @ self._released.T
+        level = np.maximum(np.hypot(flow[:, 0], flow[:, 1]), 1e-9)
+        growth = (flow[:, 0] * change[:, 0] + flow[:, 1] * change[:, 1]) / level
+        up, side = np.arctan2(flow[:, 2], level), np.arctan2(flow[:, 1], flow[:, 0])
+        climbing = (change[:, 2] * level - flow[:, 2] * growth) / (level**2 + flow[:, 2] ** 2)
+        turning = (flow[:, 0] * change[:, 1] - flow[:, 1] * change[:, 0]) / level**2
+        elevating = elevating + s * (climbing - elevating) + slope / _FOLLOW_S * (up - elevation)
+        veering = s * turning + slope / _FOLLOW_S * side
+        return elevation + s * (up - elevation), s * side, roll, turned, elevating, veering, rolling, kept
 
     def _drag(self, r: Array, v: Array, mass: Array) -> Array:
         """Return the specific force of the air in inertial axes, (N, 3) m/s²."""
@@ -334,54 +450,58 @@ class RocketFlight(ClosedForm):
         part = np.minimum(since, _RELEASE_S) - _RELEASE_S * gone
         return elevation, roll, self._lift_off + part, elevating, spin * s, 1.0 - left
 
-    def _inertial_attitude(self, time: Array) -> Array:
-        """Return q_ib, (N, 4)."""
-        elevation, roll, turned, *_ = self._angles(time)
-        half, none = 0.5 * self._spin[2] * turned, np.zeros_like(time)
-        q_ie = np.stack([np.cos(half), none, none, np.sin(half)], axis=1)
-        return rotation.multiply(
-            rotation.multiply(q_ie, self._q_pad), rotation.quaternion_from_euler(roll, elevation, none)
-        )
-
     def _state(self, time: Array) -> NavState:
         flying = time > self._lift_off
         r, v = np.tile(self._pad, (len(time), 1)), np.zeros((len(time), 3))
+        there, speed = r.copy(), v.copy()
         if flying.any():
             at = time[flying]
-            there, speed = self._motion(at)
-            r[flying] = self._turned(there, at)
-            v[flying] = self._turned(speed - np.cross(self._spin, there), at)
-        elevation, roll, turned, *_ = self._angles(time)
+            there[flying], speed[flying] = self._motion(at)
+            r[flying] = self._turned(there[flying], at)
+            v[flying] = self._turned(speed[flying] - np.cross(self._spin, there[flying]), at)
+        elevation, azimuth, roll, turned, *_ = self._directed(time, there, speed)
         half, none = 0.5 * self._spin[2] * (turned - time), np.zeros_like(time)
         back = np.stack([np.cos(half), none, none, np.sin(half)], axis=1)  # one on the pad
-        q_pad = rotation.multiply(self._q_pad, rotation.quaternion_from_euler(roll, elevation, none))
+        q_pad = rotation.multiply(self._q_pad, rotation.quaternion_from_euler(roll, elevation, azimuth))
         return block_state(r, v, rotation.multiply(back, q_pad), self.ellipsoid)
 
     def _rates(self, time: Array) -> tuple[Array, Array]:
-        elevation, roll, _, elevating, rolling, kept = self._angles(time)
-        none = np.zeros_like(time)
-        q_pb = rotation.quaternion_from_euler(roll, elevation, none)
-        earth = rotation.rotate(rotation.conjugate(self._q_pad), self._spin)
-        omega = kept[:, None] * rotation.rotate(rotation.conjugate(q_pb), earth)
-        omega += np.stack([rolling, elevating * np.cos(roll), -elevating * np.sin(roll)], axis=1)
-
         flying = time > self._lift_off
         at = time[flying]
+        r, v, drag = np.tile(self._pad, (len(time), 1)), np.zeros((len(time), 3)), np.zeros((len(time), 3))
+        r[flying], v[flying] = self._motion(at)
         thrust, mass = self._push(at, at)
-        force = np.zeros((len(time), 3))
-        force[flying, 0] = thrust / mass
         crossed = np.searchsorted(self._air, at, side="right") % 2
         in_air = (crossed == 0) == (self._rocket.altitude_m < SPACE_M)
-        if in_air.any():
-            aloft = np.flatnonzero(flying)[in_air]
-            r, v = self._motion(time[aloft])
-            drag = self._drag(r, v, mass[in_air])
-            force[aloft] += rotation.rotate(rotation.conjugate(self._inertial_attitude(time[aloft])), drag)
+        aloft = np.flatnonzero(flying)[in_air]
+        drag[aloft] = self._drag(r[aloft], v[aloft], mass[in_air])
+        a = None
+        if self._follow is not None:
+            a = drag + sinssim.earth.gravitation_ecef(r, self.gravity, self.ellipsoid)
+            a[flying] += self._axis(at, r[flying], v[flying]) * (thrust / mass)[:, None]
+
+        elevation, azimuth, roll, turned, elevating, veering, rolling, kept = self._directed(time, r, v, a)
+        none = np.zeros_like(time)
+        q_bp = rotation.conjugate(rotation.quaternion_from_euler(roll, elevation, azimuth))
+        earth = rotation.rotate(rotation.conjugate(self._q_pad), self._spin)
+        omega = kept[:, None] * rotation.rotate(q_bp, earth)
+        right, down = elevating * np.cos(roll), -elevating * np.sin(roll)
+        level = veering * np.cos(elevation)
+        omega[:, 0] += rolling - veering * np.sin(elevation)
+        omega[:, 1] += right + level * np.sin(roll)
+        omega[:, 2] += down + level * np.cos(roll)
+
+        force = np.zeros((len(time), 3))
+        if len(aloft):
+            half = 0.5 * self._spin[2] * turned[aloft]
+            q_ei = np.stack([np.cos(half), none[aloft], none[aloft], -np.sin(half)], axis=1)
+            of_pad = rotation.rotate(rotation.multiply(rotation.conjugate(self._q_pad), q_ei), drag[aloft])
+            force[aloft] = rotation.rotate(q_bp[aloft], of_pad)
+        force[flying, 0] += thrust / mass
         if not flying.all():
             up = np.cross(self._spin, np.cross(self._spin, self._pad))
             up -= sinssim.earth.gravitation_ecef(self._pad, self.gravity, self.ellipsoid)
-            of_pad = rotation.rotate(rotation.conjugate(self._q_pad), up)
-            force[~flying] = rotation.rotate(rotation.conjugate(q_pb[~flying]), of_pad)
+            force[~flying] = rotation.rotate(q_bp[~flying], rotation.rotate(rotation.conjugate(self._q_pad), up))
         return omega, force
 
     def increments(self, rate_hz: float) -> ImuData:
@@ -392,11 +512,12 @@ class RocketFlight(ClosedForm):
 
     def _named_events(self) -> tuple[FlightEvent, ...]:
         """Return what happens in the flight, in order of time."""
-        events = [(self._lift_off, "lift-off")]
+        events = [(self._lift_off, LIFT_OFF)]
+        events += [] if self._follow is None else [(self._follow, "the gravity turn begins")]
         for number, burn in enumerate(self._burns, start=1):
             if number > 1:
                 events.append((burn.begin, f"ignition of stage {number}"))
-            events.append((burn.end, f"burn-out of stage {number}"))
+            events.append((burn.end, f"{BURN_OUT} {number}"))
             events.append((burn.separation, f"separation of stage {number}"))
         aloft = self._rocket.altitude_m < SPACE_M
         for number, crossing in enumerate(self._air):

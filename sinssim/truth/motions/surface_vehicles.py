@@ -95,6 +95,15 @@ def s_curve(x: Array) -> tuple[Array, Array, Array]:
     return x - np.sin(turn) / (2.0 * np.pi), 0.5 * x * x + (c - 1.0) / (4.0 * np.pi**2), 1.0 - c
 
 
+def rising(t: Array, begin: float, lasting: float) -> list[Array]:
+    """Return ∫S dt, S and its three derivatives by time of a change that begins at an instant, (N,) each."""
+    x = np.clip((t - begin) / lasting, 0.0, 1.0)
+    s, integral, slope = s_curve(x)
+    turn, inside = 2.0 * np.pi * x, (x > 0.0) & (x < 1.0)
+    bends = 2.0 * np.pi * np.sin(turn) / lasting**2, 4.0 * np.pi**2 * np.cos(turn) * inside / lasting**3
+    return [lasting * integral + np.maximum(t - begin - lasting, 0.0), s, slope / lasting, *bends]
+
+
 class Pieces(NamedTuple):
     """Pieces of the motion, (K,), in each of which the speed changes, or the rate of turn, or neither: what begins, s,
     and the changes of speed, m/s, and of the rate of turn, rad/s."""
@@ -251,6 +260,10 @@ class SurfaceVehicle(PlacedMotion):
     if TYPE_CHECKING:  # each kind has these keys, with its own limits and defaults
         acceleration_mps2: float
         lateral_mps2: float
+
+    @property
+    def is_drawn(self) -> bool:
+        return True
 
     @property
     def profile(self) -> Profile:

@@ -15,14 +15,15 @@ The mount transmits slow motion, amplifies frequencies near ω_n by about 1/(2ζ
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
+from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
 from sinssim.toml_section import Frequency, NotNegative, Section
 from sinssim.units import ARCSEC, DEG, G0
@@ -51,6 +52,14 @@ class Tone:
     amplitude: float  # rad or m
     frequency_hz: float
     phase: float = 0.0  # rad
+
+
+class Shaking(NamedTuple):
+    """A vibration that a vehicle has of itself."""
+
+    tones: tuple[Tone, ...]
+    part: Callable[[Array], Array]
+    """The part of it that acts at instants, (N,) s, with its two derivatives by time, (3, N)."""
 
 
 def band_noise(

@@ -173,6 +173,7 @@ def test_the_source_of_the_true_motion(monkeypatch: pytest.MonkeyPatch) -> None:
             "voyage",
             "rocket",
             "turntable",
+            "drop",
             "isolator",
             "gravity",
         )

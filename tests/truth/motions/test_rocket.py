@@ -166,15 +166,96 @@ def test_it_stands_on_its_pad_and_comes_back(shipped: RocketFlight) -> None:
     assert force.max() < 11.5
 
 
+TURNING = {"program": [[12.0, 84.0]], "gravity_turn_s": 12.0, "payload_kg": 100.0, "heading_deg": 70.0}
+
+
+@pytest.fixture(scope="module")
+def turning() -> RocketFlight:
+    motion = rocket({**ONE_STAGE, "burn_s": 40.0}, **TURNING, duration_s=60.0, spin_deg_s=20.0).trajectory()
+    assert isinstance(motion, RocketFlight)
+    return motion
+
+
+def test_a_gravity_turn_is_that_of_the_equations_of_motion(turning: RocketFlight) -> None:
+    """From the end of the turn into the velocity to the burn-out, thrust along it in Earth-fixed axes:
+    r̈ = γ − 2ω × v − ω × (ω × r) + (T − D) v/(m |v|), and by hand γ̇ = −(g/v − v/r) cos γ − 2ω cos φ sin ψ."""
+    time = np.array([5.0 + 12.0 + 5.0, 30.0, 45.0 - 1e-6])
+    r, v, c = ecef(turning, time)
+    np.testing.assert_allclose(c[:, :, 0], v / np.linalg.norm(v, axis=1)[:, None], atol=1e-9)  # no angle of attack
+
+    def climb(t: float, y: np.ndarray) -> np.ndarray:
+        height = oracle_height(y[:3])
+        mass, speed = 800.0 - 600.0 * (t - 5.0) / 40.0, np.linalg.norm(y[3:])
+        push = 60_000.0 - 0.5 * float(density(height)) * 0.25 * np.pi * 0.25 * 0.4 * speed**2
+        other = 2.0 * np.cross(SPIN, y[3:]) + np.cross(SPIN, np.cross(SPIN, y[:3]))
+        return np.concatenate([y[3:], oracle.gravitation(*y[:3], oracle.ZONAL) - other + push / mass / speed * y[3:]])
+
+    there = solve_ivp(
+        climb, (time[0], time[-1]), np.concatenate([r[0], v[0]]), "LSODA", t_eval=time, rtol=1e-12, atol=1e-9
+    )
+    np.testing.assert_allclose(there.y[:3].T, r, atol=1e-4)
+    np.testing.assert_allclose(there.y[3:].T, v, atol=1e-5)
+
+    state = turning.state(np.array([34.9, 35.0, 35.1]))
+    north, east, down = state.velocity_ned.T
+    climbs, speed = np.arctan2(-down, np.hypot(north, east)), np.linalg.norm(state.velocity_ned[1])
+    g, radius = -oracle_gravity(50.0, state.height[1:2])[0], oracle.A + state.height[1]
+    sideways = 2.0 * oracle.OMEGA * np.cos(state.latitude[1]) * np.sin(np.arctan2(east[1], north[1]))
+    by_hand = -(g / speed - speed / radius) * np.cos(climbs[1]) + sideways
+    assert (climbs[2] - climbs[0]) / 0.2 == pytest.approx(by_hand, rel=2e-3)
+
+
+def oracle_height(r: np.ndarray) -> float:
+    """Return the height above the ellipsoid, m, by iteration of its normal."""
+    p, z, e2 = np.hypot(r[0], r[1]), r[2], oracle.F * (2.0 - oracle.F)
+    latitude = np.arctan2(z, p * (1.0 - e2))
+    for _ in range(4):
+        n = oracle.A / np.sqrt(1.0 - e2 * np.sin(latitude) ** 2)
+        latitude = np.arctan2(z + e2 * n * np.sin(latitude), p)
+    return float(p * np.cos(latitude) + z * np.sin(latitude) - oracle.A * np.sqrt(1.0 - e2 * np.sin(latitude) ** 2))
+
+
+SWAYING = {"sway_arcmin": 5.0, "sway_hz": 0.5, "sway_arm_m": 8.0, "pad_s": 400.0, "duration_s": 401.0}
+
+
+def test_a_rocket_sways_on_its_pad_by_the_given_tilt() -> None:
+    """5 arcmin about each axis, mostly at 0.5 Hz; 8 m up the sensors move by 8 m times as much; nothing at lift-off."""
+    motion = rocket(ONE_STAGE, **SWAYING).trajectory(seed=3)
+    time = np.arange(0.0, 389.0, 0.05)
+    upright = rocket(ONE_STAGE, **{**SWAYING, "sway_arcmin": 0.0, "sway_hz": 0.4, "sway_arm_m": 10.0}).trajectory()
+    r, _, c = ecef(motion, time)
+    still, _, upright_c = ecef(upright, time)
+    moved, turn = (r - still) @ upright_c[0], Rotation.from_matrix(upright_c[0].T @ c).as_rotvec()
+    np.testing.assert_allclose(np.degrees(turn[:, 1:].std(axis=0)) * 60.0, 5.0, rtol=0.25)  # of about 20 periods
+    assert np.abs(turn[:, 0]).max() < 1e-5
+    np.testing.assert_allclose(moved[:, 1:], 8.0 * np.column_stack([turn[:, 2], -turn[:, 1]]), atol=1e-4)
+    spectrum = np.abs(np.fft.rfft(turn[:, 1] * np.hanning(len(time)))) ** 2
+    f = np.fft.rfftfreq(len(time), 0.05)
+    assert spectrum[(f > 0.4) & (f < 0.6)].sum() > 0.5 * spectrum.sum()
+    other = rocket(ONE_STAGE, **SWAYING).trajectory(seed=4)
+    assert np.abs(other.state(100.0).q_nb - motion.state(100.0).q_nb).max() > 1e-5
+    after = np.array([400.0, 400.5])
+    np.testing.assert_allclose(motion.state(after).q_nb, upright.state(after).q_nb, atol=1e-14)
+
+
+@pytest.mark.parametrize("kind", ["turning", "swaying"])
+def test_a_gravity_turn_and_a_sway_lead_back_to_the_truth(kind: str, turning: RocketFlight) -> None:
+    brief = {**SWAYING, "pad_s": 20.0, "duration_s": 25.0}
+    check_closure(turning if kind == "turning" else rocket(ONE_STAGE, **brief).trajectory(seed=3), 400.0, 60.0)
+
+
 @pytest.mark.parametrize("until", [150.0, *slow(600.0)])
 def test_increments_lead_back_to_the_truth(until: float, shipped: RocketFlight) -> None:
     """The independent integrator from one instant at which the force jumps to the next, in all three directions."""
-    rate = 400.0
-    imu = shipped.increments(rate)
-    kept = int(min(until, shipped.end) * rate)
+    check_closure(shipped, 400.0, until)
+
+
+def check_closure(motion: Any, rate: float, until: float) -> None:
+    imu = motion.increments(rate)
+    kept = int(min(until, motion.end) * rate)
     imu = ImuData(imu.time[: kept + 1], imu.dtheta[:kept], imu.dvel[:kept])
-    position, velocity, c = ecef(shipped, imu.time)
-    edges = shipped.breaks * rate
+    position, velocity, c = ecef(motion, imu.time)
+    edges = motion.breaks * rate
     whole = (np.abs(edges - np.round(edges)) < 1e-6) & (edges < kept - 5)
     marks = sorted({0, *np.round(edges[whole]).astype(int).tolist(), len(imu.time) - 1})
     r, v, attitude = position[0], velocity[0], c[0]
@@ -212,6 +293,18 @@ def test_defaults_have_no_air_and_a_run_ends_well() -> None:
             r"payload_kg = 300 is too light for a drag area of 39\.3 m².*give 10 kg/m² or more",
         ),
         (["rocket.duration_s=50.0"], r"duration_s = 50 must exceed pad_s = 60"),
+        (["rocket.gravity_turn_s=30.0"], r"program: the gravity turn follows it: its last time, 60"),
+        (["rocket.program=[]", "rocket.gravity_turn_s=5.0"], r"gravity_turn_s = 5 must be at least 10"),
+        (
+            ["rocket.program=[[8.0, 89.8]]", "rocket.gravity_turn_s=20.0"],
+            r"begin at an elevation of 89\.8, where gravity",
+        ),
+        (
+            ["rocket.program=[]", "rocket.gravity_turn_s=10.0"],
+            r"gravity_turn_s = 10: 13 s after lift-off the thrust jumps",
+        ),
+        (["rocket.sway_hz=0.5"], r"sway_hz has no effect without sway_arcmin"),
+        (["rocket.sway_arcmin=2", "rocket.pad_s=12"], r"pad_s = 12: the sway ends in the last 10 s before lift-off"),
         (["navigation.vertical=baro-loop"], r'"baro-loop" has no meaning for \[rocket\], which leaves the air'),
         (["aiding.baro.rate_hz=1.0"], r"\[aiding\.baro\] senses the air, which \[rocket\] leaves"),
         (["gravity.model=egm2008"], r"\[rocket\] falls freely in the gravity of \[truth\]"),

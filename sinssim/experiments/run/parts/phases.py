@@ -20,6 +20,8 @@ from sinssim.experiments.run.summary_types import ErrorNumbers, Number
 from sinssim.simulation.navigation_stage import Navigated
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.strapdown.navigation_error import NavError
+from sinssim.truth.motions.drop import RELEASED
+from sinssim.truth.motions.rocket import BURN_OUT, LIFT_OFF
 from sinssim.truth.sampling import FlightEvent
 from sinssim.units import fixed, signed
 
@@ -126,12 +128,19 @@ def phases_of(events: Iterable[FlightEvent], driven: bool = False) -> list[Phase
     """Return the phases of a motion by its legs, empty for a motion of a single kind.
 
     Neighbouring legs of one kind are one phase, and so is the flight to each named waypoint. A turn of a vehicle that
-    is driven is no flight.
+    is driven is no flight. A fall after a release, and the flight after the last burn-out of a rocket, have no end.
     """
     begun: dict[str, float] = {}
     phases: list[Phase] = []
     number = ""
     for event in events:
+        if event.text == RELEASED:
+            phases = [*(phases or [Phase("carried", 0.0, event.time)]), Phase("fall", event.time, np.inf)]
+        elif event.text == LIFT_OFF:
+            phases = [Phase(_STILL, 0.0, event.time), Phase("powered flight", event.time, np.inf)]
+        elif event.text.startswith(BURN_OUT):
+            powered = Phase("powered flight", phases[1].start, event.time)
+            phases = [phases[0], powered, Phase("free flight", event.time, np.inf)]
         match = _LEG.fullmatch(event.text)
         if match is None:
             place = _REACHED.fullmatch(event.text)
