@@ -292,7 +292,7 @@ CHAPTER = (
         "",
         "§ 8.2: frames of other azimuth, the inertial frame and the orthodromic (transverse) frame",
         (
-            "strapdown.frames.azimuth.solve",
+            "strapdown.frames.wander_free_transverse.solve",
             "strapdown.frames.inertial.solve",
             "strapdown.frames.transverse_route.route_pole",
         ),

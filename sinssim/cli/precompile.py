@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from sinssim import earth
-from sinssim.algorithms import ALGORITHMS, MEASURED_ATTITUDE
+from sinssim.algorithm_registry import ALGORITHMS, MEASURED_ATTITUDE
 from sinssim.alignment.disturbed_base import inertial_curve
 from sinssim.analyses.calibration.turntable_calibration import calibrate
 from sinssim.analyses.error_budget.covariance_budget import budget

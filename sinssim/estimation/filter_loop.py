@@ -19,14 +19,14 @@ from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError, RunError
 from sinssim.estimation.error_dynamics import turn_of_axes
-from sinssim.estimation.filter_kinds import by_group, filter_of
 from sinssim.estimation.filter_result import Divergence, History, corrected
 from sinssim.estimation.innovation_gate import WITHDRAWN, InnovationGate
 from sinssim.estimation.kalman_filter import Branch, Diverged, ErrorFilter, check_covariance
 from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise, rows_of, solution_of
 from sinssim.estimation.measurement_epochs import Branches, Epochs
 from sinssim.estimation.state_model import INERTIAL, NAVIGATION, ErrorModel
-from sinssim.filters import LINEAR
+from sinssim.estimation.unscented_cubature_ensemble import by_group, filter_of
+from sinssim.filter_registry import LINEAR
 from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.sensors.imu.compensation import compensate_checked
 from sinssim.sensors.imu.imu_errors import ImuErrors

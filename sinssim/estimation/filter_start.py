@@ -11,7 +11,7 @@ from sinssim.alignment.alignment_in_motion import align_by_course, align_in_moti
 from sinssim.alignment.initial_conditions import STATES, aligned_at_rest, initial_covariance
 from sinssim.data import Array, ImuData, Measurements, NavState
 from sinssim.estimation.state_model import FLICKER, Block, ErrorModel
-from sinssim.filters import GRAVITY
+from sinssim.filter_registry import GRAVITY
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.measurement_kind import CORE, PHI

@@ -33,7 +33,7 @@ from sinssim.estimation.linearisation import Linearisation, Observed
 class ErrorFilter:
     """Estimate x and covariance P, (n, n), of a state that starts at zero, both moved to first order.
 
-    Other kinds of filters are derived from it (`sinssim.estimation.filter_kinds`).
+    Other kinds of filters are derived from it (`sinssim.estimation.unscented_cubature_ensemble`).
     """
 
     def __init__(self, covariance: Array) -> None:

@@ -35,7 +35,7 @@ from sinssim.estimation.error_dynamics import (
     reading_error,
 )
 from sinssim.estimation.state_model import ErrorModel
-from sinssim.filters import GRAVITY
+from sinssim.filter_registry import GRAVITY
 from sinssim.sensors.measurement_kind import CORE, PHI, R, V
 
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.algorithms import ORDER, family
+from sinssim.algorithm_registry import ORDER, family
 from sinssim.charts import Chart, Charts, Color, Line, Mark
 from sinssim.data import Array
 from sinssim.exhibits import Beside, Item, Section

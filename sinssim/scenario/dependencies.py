@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM, schedule
+from sinssim.algorithm_registry import MEASURED_ATTITUDE, PLATFORM, schedule
 from sinssim.errors import InputError, unknown_name
-from sinssim.filters import SHIPPED
-from sinssim.frames import check_correctable
+from sinssim.filter_registry import SHIPPED
+from sinssim.frame_registry import check_correctable
 from sinssim.scenario.ensemble_section import check_variation
 from sinssim.scenario.filter_section import FilterSection
 from sinssim.scenario.tables import IN_SPACE, OF_FRAME, Tables

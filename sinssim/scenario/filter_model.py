@@ -34,7 +34,7 @@ from sinssim import units
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.estimation.state_model import FLICKER, Block, ErrorModel, error_model
-from sinssim.filters import GRAVITY
+from sinssim.filter_registry import GRAVITY
 from sinssim.scenario.filter_section import FILTER_STATES
 from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.tables import Tables

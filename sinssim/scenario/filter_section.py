@@ -18,9 +18,9 @@ from pydantic import (
     model_validator,
 )
 
-from sinssim.algorithms import SCENARIO_ALGORITHMS, TAKEN
+from sinssim.algorithm_registry import SCENARIO_ALGORITHMS, TAKEN
 from sinssim.errors import unknown_name
-from sinssim.filters import GRAVITY, KINDS, LINEAR, SHIPPED
+from sinssim.filter_registry import GRAVITY, KINDS, LINEAR, SHIPPED
 from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.aiding_registry import BROKEN, CLASSES, sensor_class
 from sinssim.sensors.aiding_sensor import AidingSensor

@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sinssim.algorithms import PLATFORM, REGISTRY
+from sinssim.algorithm_registry import PLATFORM, REGISTRY
 from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import normal
 from sinssim.errors import InputError, warn
-from sinssim.frames import FRAME_REGISTRY
+from sinssim.frame_registry import FRAME_REGISTRY
 from sinssim.logs.track import Track
 from sinssim.scenario.tables import Tables
 from sinssim.strapdown.frames.transverse_route import (

@@ -28,7 +28,7 @@ from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError
 
-from sinssim.algorithms import PLATFORM
+from sinssim.algorithm_registry import PLATFORM
 from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.errors import InputError, shortened
 from sinssim.logs.log_settings import Log

@@ -16,7 +16,7 @@ from sinssim.data import Array, ImuData, NavSolution, blocks, short_repr
 from sinssim.estimation import ErrorModel, Estimate, nominal_errors, state_errors
 from sinssim.estimation.linearisation import rows_of, solution_of
 from sinssim.estimation.state_model import FLICKER, INERTIAL, NAVIGATION, crossing_time, values_of
-from sinssim.filters import GRAVITY
+from sinssim.filter_registry import GRAVITY
 from sinssim.sensors.aiding_sensor import AidingReadings
 from sinssim.sensors.flicker import smoothed_over
 from sinssim.sensors.imu.imu_errors import ImuErrors

@@ -22,10 +22,10 @@ from typing import Any, Protocol, cast
 
 from numba.core.errors import NumbaError
 
-from sinssim.algorithms import REGISTRY
+from sinssim.algorithm_registry import REGISTRY
 from sinssim.data import Array
 from sinssim.errors import InputError, RunError, SinssimError, shortened
-from sinssim.frames import FRAME_REGISTRY
+from sinssim.frame_registry import FRAME_REGISTRY
 from sinssim.jit import bind, rebound
 from sinssim.rotation.quaternions import dcm_from_quaternion_k
 from sinssim.strapdown import coning_sculling

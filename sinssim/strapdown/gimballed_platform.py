@@ -4,8 +4,8 @@ The platform p turns in inertial space at the rate at which its gyros are torque
 
     ω_ip = (1 + κ) ω_commanded − d,     readings of the accelerometers   Δv = ∫C_pi f dt + errors
 
-The navigator takes the platform's axes for those of its frame w (a frame of `sinssim.strapdown.frames.azimuth`) and
-integrates
+The navigator takes the platform's axes for those of its frame w (see
+`sinssim.strapdown.frames.wander_free_transverse`) and integrates
 
     v̇ = f + g − (2ω_ie + ω_ew) × v,     position from ω_ew,     ω_commanded = ω_ie + ω_ew
 
@@ -41,7 +41,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sinssim import earth, rotation
-from sinssim.algorithms import PLATFORM
+from sinssim.algorithm_registry import PLATFORM
 from sinssim.arguments import checked_initial, first_not_finite, not_finite_in
 from sinssim.data import Array, NavSolution, NavState, short_repr
 from sinssim.earth.ellipsoids import Ellipsoid
@@ -63,15 +63,6 @@ from sinssim.sensors.imu.emulation_kernel import (
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.sets.sensor_readings import PlatformErrors, without_errors_of_turns
 from sinssim.statistics.random_numbers import key, normals
-from sinssim.strapdown.frames.azimuth import (
-    FREE_AZIMUTH,
-    TRANSVERSE,
-    WANDER,
-    north_k,
-    rates_k,
-    start_azimuth_k,
-    step_azimuth_k,
-)
 from sinssim.strapdown.frames.navigation_problem import FORMS, Models, Rows, channel_of, form_of, models_of
 from sinssim.strapdown.frames.transverse_route import route_pole, too_near
 from sinssim.strapdown.frames.vertical_channel import (
@@ -81,6 +72,15 @@ from sinssim.strapdown.frames.vertical_channel import (
     loop_gains_k,
     reference_k,
     start_loop_k,
+)
+from sinssim.strapdown.frames.wander_free_transverse import (
+    FREE_AZIMUTH,
+    TRANSVERSE,
+    WANDER,
+    north_k,
+    rates_k,
+    start_azimuth_k,
+    step_azimuth_k,
 )
 from sinssim.strapdown.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.navigation_error import POLAR_LIMIT
@@ -145,7 +145,7 @@ def simulate(
     sensors: Packed, key_0: np.uint64, key_1: np.uint64, platform: Platform,
 ) -> None:  # fmt: skip
     """Run the loop. `time`: edges, (N+1,) s; `of`, `channel`, `rows`, `rule`, `axis`, `of_x`: the navigator, as in
-    `sinssim.strapdown.frames.azimuth`; attitude and defect are not written."""
+    `sinssim.strapdown.frames.wander_free_transverse`; attitude and defect are not written."""
     c, p, count = sensors, platform, time.shape[0] - 1
     z, s = np.empty((4, 6, _BLOCK)), np.empty((1, 6, STATES))
     u, y, f = np.zeros(6), np.zeros(6), np.zeros(6, np.uint8)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim import earth, rotation
-from sinssim.algorithms import MEASURED_ATTITUDE
+from sinssim.algorithm_registry import MEASURED_ATTITUDE
 from sinssim.arguments import check_finite, check_increasing, checked_initial, doubles, not_finite_in
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.geodetic_coordinates import radii_k

@@ -37,7 +37,7 @@ from sinssim.data import Array, NavSolution, NavState, blocks, short_repr
 from sinssim.earth import ecef_to_eci, geodetic_to_ecef, q_en
 from sinssim.earth.ellipsoids import WGS84, Ellipsoid, normal
 from sinssim.errors import InputError, RunError, check_name
-from sinssim.frames import AXES, FRAME_REGISTRY
+from sinssim.frame_registry import AXES, FRAME_REGISTRY
 from sinssim.jit import strict_kernel
 from sinssim.rotation.quaternions import multiply_k, rotation_vector_from_quaternion_k
 
@@ -108,7 +108,7 @@ def navigation_error(
         truth: true states at the solution's times, arrays of N rows.
         solution: N rows.
         ellipsoid: reference ellipsoid of both heights.
-        axes: "north", or "transported" for motions near a pole; see `sinssim.frames.AXES`.
+        axes: "north", or "transported" for motions near a pole; see `sinssim.frame_registry.AXES`.
 
     Returns:
         The errors, N rows.

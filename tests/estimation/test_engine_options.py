@@ -13,7 +13,7 @@ from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.state_model import error_model
 from sinssim.experiments.run.run_execution import run as run_scenario
-from sinssim.frames import FRAMES
+from sinssim.frame_registry import FRAMES
 from sinssim.scenario import load_scenario
 from sinssim.strapdown.mechanization import Mechanization
 from sinssim.strapdown.navigate import navigate

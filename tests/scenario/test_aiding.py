@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.frames import FRAMES
+from sinssim.frame_registry import FRAMES
 from sinssim.scenario import load_scenario
 from sinssim.scenario.notes import times_not_reached
 from sinssim.scenario.plan_summary import plan_lines

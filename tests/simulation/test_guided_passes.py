@@ -22,7 +22,7 @@ from sinssim.recording.page import page_of
 from sinssim.scenario import Scenario, filter_model, load_scenario
 from sinssim.simulation import guided_passes as closing
 from sinssim.simulation.guided_passes import NEAR, LiveFlight, apart, by_sections, closed_loop, solution_errors
-from sinssim.simulation.path_errors import ending
+from sinssim.simulation.total_system_error import ending
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.flight.guidance import QUANTITIES as ALL
 from sinssim.truth.flight.guidance import AirData, Guidance, SolutionErrors

@@ -11,7 +11,7 @@ import numba
 import numpy as np
 import pytest
 
-from sinssim.algorithms import REGISTRY, Algorithm
+from sinssim.algorithm_registry import REGISTRY, Algorithm
 from sinssim.errors import InputError, RunError
 from sinssim.rotation.quaternions import dcm_from_quaternion_k
 from sinssim.strapdown.engine_assembly import check_parts, compile_words, guarded

@@ -14,9 +14,17 @@ from sinssim.rotation import cross_k
 from sinssim.rotation.vectors import turned
 from sinssim.strapdown.attitude.euler import _seen_after_k, _turned_k
 from sinssim.strapdown.coning_sculling import logarithm_k
-from sinssim.strapdown.frames.azimuth import FREE_AZIMUTH, TRANSVERSE, WANDER, Place, earth_k, pole_k, transport_k
 from sinssim.strapdown.frames.inertial import geodetic_k, gravitation_rate_k
 from sinssim.strapdown.frames.navigation_problem import Models
+from sinssim.strapdown.frames.wander_free_transverse import (
+    FREE_AZIMUTH,
+    TRANSVERSE,
+    WANDER,
+    Place,
+    earth_k,
+    pole_k,
+    transport_k,
+)
 
 
 @pytest.mark.parametrize(("kernel", "order"), [(turned, 3), (_seen_after_k, 4)])

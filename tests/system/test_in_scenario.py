@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.algorithms import ALGORITHMS
+from sinssim.algorithm_registry import ALGORITHMS
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.ensembles import run_seed
 from sinssim.experiments.studies.study_directory import digests

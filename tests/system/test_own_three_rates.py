@@ -10,7 +10,7 @@ import pytest
 import sinssim
 from sinssim.cli.app import main
 from sinssim.errors import InputError, RunError
-from sinssim.frames import FRAME_REGISTRY
+from sinssim.frame_registry import FRAME_REGISTRY
 from sinssim.scenario import load_scenario
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 import sinssim
-from sinssim.algorithms import ALGORITHMS, REGISTRY
+from sinssim.algorithm_registry import ALGORITHMS, REGISTRY
 from sinssim.content import VARIABLE
 from sinssim.errors import InputError
-from sinssim.frames import FRAME_REGISTRY
+from sinssim.frame_registry import FRAME_REGISTRY
 from sinssim.strapdown.engine_assembly import algorithm_file, frame_file
 from sinssim.system.registries import described, ensure, forget
 

@@ -33,7 +33,6 @@ from sinssim import earth, rotation
 from sinssim.analyses.calibration.turntable_dwells import Dwells
 from sinssim.data import Array, ImuData
 from sinssim.earth.ellipsoids import ELLIPSOIDS
-from sinssim.errors import InputError
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.tables import CalibrationSection
 from sinssim.scenario.true_motion import mounting
@@ -138,30 +137,6 @@ def values_of(known: tuple[Parameter, ...], errors: ImuErrors) -> Array:
             value[parameter.row, parameter.column] if parameter.field == "misalignment" else value[parameter.row]
         )
     return np.array(values, dtype=np.float64)
-
-
-def in_accelerometer_frame(errors: ImuErrors) -> tuple[ImuErrors, Array]:
-    """Return the errors of a block in the frame of its accelerometers, and C, v_accelerometers = C v_block, (3, 3).
-
-    In this frame the misalignments xy, xz and yz of the accelerometers are zero.
-    """
-    axes = np.eye(3) + errors.accel.misalignment
-    if not np.linalg.det(axes) > 0.0:
-        raise InputError("the sensitive axes of the accelerometers must span space.")
-    # rows of C by Gram and Schmidt: x along the first sensitive axis, y in the plane of the first two
-    q, r = np.linalg.qr(axes.T)
-    turn = (q * np.sign(np.diag(r))).T
-
-    def triad(errors_: TriadErrors) -> TriadErrors:
-        whole = (1.0 + errors_.scale)[:, None] * (np.eye(3) + errors_.misalignment) @ turn.T
-        scale = np.diag(whole)
-        tilt = whole / scale[:, None]
-        tilt[np.eye(3, dtype=bool)] = 0.0
-        return replace(errors_, scale=scale - 1.0, misalignment=tilt)
-
-    accel = triad(errors.accel)
-    accel.misalignment[np.triu_indices(3)] = 0.0  # zero but for rounding
-    return replace(errors, gyro=triad(errors.gyro), accel=accel, arms=errors.arms @ turn.T), turn
 
 
 OBSERVABLE = 1.0

@@ -20,6 +20,7 @@ are U_v d + white noise of known covariance, and the result is that of a Kalman 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +29,7 @@ from numpy.typing import NDArray
 from sinssim import rotation
 from sinssim.analyses.calibration.calibration_problem import Estimate, Task, nuisances, solve
 from sinssim.data import Array, ImuData
-from sinssim.errors import RunError
+from sinssim.errors import InputError, RunError
 from sinssim.jit import inline, kernel
 from sinssim.rotation.quaternions import (
     Matrix,
@@ -40,6 +41,8 @@ from sinssim.rotation.quaternions import (
     rotate_k,
 )
 from sinssim.rotation.vectors import add, along, column, cross, keep_column, mul, resolved
+from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.units import DEG, DEG_H
 
 BIAS, SCALE, TILT, ARM = range(4)
@@ -285,6 +288,30 @@ _TURN_STEP = 1.0
 """Longest step of the filter, s."""
 _COARSE_BIAS = 1.0 * DEG_H
 """Size of the gyros' biases from which they are first taken from the mean of the dwells."""
+
+
+def in_accelerometer_frame(errors: ImuErrors) -> tuple[ImuErrors, Array]:
+    """Return the errors of a block in the frame of its accelerometers, and C, v_accelerometers = C v_block, (3, 3).
+
+    In this frame the misalignments xy, xz and yz of the accelerometers are zero.
+    """
+    axes = np.eye(3) + errors.accel.misalignment
+    if not np.linalg.det(axes) > 0.0:
+        raise InputError("the sensitive axes of the accelerometers must span space.")
+    # rows of C by Gram and Schmidt: x along the first sensitive axis, y in the plane of the first two
+    q, r = np.linalg.qr(axes.T)
+    turn = (q * np.sign(np.diag(r))).T
+
+    def triad(errors_: TriadErrors) -> TriadErrors:
+        whole = (1.0 + errors_.scale)[:, None] * (np.eye(3) + errors_.misalignment) @ turn.T
+        scale = np.diag(whole)
+        tilt = whole / scale[:, None]
+        tilt[np.eye(3, dtype=bool)] = 0.0
+        return replace(errors_, scale=scale - 1.0, misalignment=tilt)
+
+    accel = triad(errors.accel)
+    accel.misalignment[np.triu_indices(3)] = 0.0  # zero but for rounding
+    return replace(errors, gyro=triad(errors.gyro), accel=accel, arms=errors.arms @ turn.T), turn
 
 
 def systematic(task: Task) -> Estimate:

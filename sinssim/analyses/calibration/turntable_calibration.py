@@ -7,15 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from sinssim.analyses.calibration.calibration_problem import (
-    Estimate,
-    Parameter,
-    Task,
-    in_accelerometer_frame,
-    make_task,
-    values_of,
-)
+from sinssim.analyses.calibration.calibration_problem import Estimate, Parameter, Task, make_task, values_of
 from sinssim.analyses.calibration.calibration_result import CalibrationResult
+from sinssim.analyses.calibration.systematic_method import in_accelerometer_frame
 from sinssim.analyses.calibration.turntable_dwells import Dwells, between, detected, planned
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError, unknown_name

@@ -287,7 +287,7 @@ def _waypoints(result: BudgetResult, truth: Truth) -> tuple[PredictedMiss, ...]:
         return ()
     if (flight.guidance.source == AIDED) != (result.solution == "filter"):
         return ()
-    from sinssim.simulation.path_errors import passages
+    from sinssim.simulation.total_system_error import passages
 
     misses, total, bias = [], result.total, result.bias
     for miss, time, right in passages(result.scenario, truth):

@@ -77,17 +77,17 @@ def names_of(kind: Listing) -> Mapping[str, str]:
 
             return {**{name: entry.sentence for name, entry in WRITERS.shipped.items()}, **described("writers")}
         case Listing.ALGORITHMS:
-            from sinssim.algorithms import SCENARIO_ALGORITHMS
+            from sinssim.algorithm_registry import SCENARIO_ALGORITHMS
             from sinssim.system.registries import described
 
             return {**SCENARIO_ALGORITHMS, **described("algorithms")}
         case Listing.FRAMES:
-            from sinssim.frames import FRAMES
+            from sinssim.frame_registry import FRAMES
             from sinssim.system.registries import described
 
             return {**FRAMES, **described("frames")}
         case Listing.FILTERS:
-            from sinssim.filters import KINDS
+            from sinssim.filter_registry import KINDS
             from sinssim.system.registries import described
 
             return {**KINDS, **described("filters")}

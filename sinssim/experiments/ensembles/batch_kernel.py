@@ -18,7 +18,7 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.algorithms import REGISTRY
+from sinssim.algorithm_registry import REGISTRY
 from sinssim.data import Array
 from sinssim.earth.gravity import EarthParameters, near_gravity_k
 from sinssim.experiments.ensembles import batch_layout

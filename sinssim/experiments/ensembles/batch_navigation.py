@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sinssim.algorithms import ALGORITHMS, REGISTRY
+from sinssim.algorithm_registry import ALGORITHMS, REGISTRY
 from sinssim.arguments import checked_imu, checked_initial
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.gravity import gravity_number, parameters
@@ -30,7 +30,7 @@ from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.sets.sensor_readings import draw_true_errors
 from sinssim.sensors.sets.sensor_set import Gyros
 from sinssim.simulation.navigation_stage import by_one
-from sinssim.simulation.path_errors import has_path
+from sinssim.simulation.total_system_error import has_path
 from sinssim.statistics.random_numbers import key
 from sinssim.strapdown.coning_sculling import WINDOW, is_uniform, weight_table
 from sinssim.strapdown.frames.navigation_problem import Increments

@@ -64,7 +64,7 @@ class KeptErrors:
         final: the errors at each run's own end, (R, 9), in the order of `COMPONENTS`.
         blocks: blocks of a filter's states; none without a filter.
         sensors: its aiding sensors.
-        path: columns by the planned path of a flight, see `sinssim.simulation.path_errors.path_columns`.
+        path: columns by the planned path of a flight, see `sinssim.simulation.total_system_error.path_columns`.
     """
 
     number: NDArray[np.int64]

@@ -48,7 +48,7 @@ from sinssim.experiments.ensembles.ensemble_errors import (
 from sinssim.experiments.ensembles.ensemble_plan import ALL, Member, Plan, TruthCache, member, motions_differ
 from sinssim.experiments.workload import Abandoned, Executor, Part, Threads, WorkerDiedError
 from sinssim.simulation.navigation_stage import by_one, navigate
-from sinssim.simulation.path_errors import path_values
+from sinssim.simulation.total_system_error import path_values
 from sinssim.simulation.truth_and_sensors import Truth, sense
 from sinssim.statistics.requirements import MISS
 

@@ -33,7 +33,7 @@ from sinssim.experiments.ensembles.ensemble_statistics import (
     summary_of,
 )
 from sinssim.experiments.ensembles.ensemble_verdicts import looks_text, requirement_lines, verdict_text
-from sinssim.filters import GRAVITY
+from sinssim.filter_registry import GRAVITY
 from sinssim.recording.result import plain, software, versions, write_json, write_shown
 from sinssim.recording.style import RowNumbers, thinned
 from sinssim.sensors.imu.grades import grade_name

@@ -21,13 +21,13 @@ from numpy.typing import NDArray
 from sinssim.data import Array, ImuData, short_repr
 from sinssim.errors import InputError
 from sinssim.experiments.ensembles.ensemble_errors import WITHIN
-from sinssim.filters import SHIPPED
+from sinssim.filter_registry import SHIPPED
 from sinssim.scenario.ensemble_section import Choice, Normal, Uniform
 from sinssim.scenario.filter_model import with_first
 from sinssim.scenario.plan_summary import own_digests
 from sinssim.simulation.foreign_navigator import check_programs
 from sinssim.simulation.guided_passes import closed_loop, is_guided
-from sinssim.simulation.path_errors import check_path, path_columns
+from sinssim.simulation.total_system_error import check_path, path_columns
 from sinssim.simulation.truth_and_sensors import Truth, truth_along
 from sinssim.truth.motion import Motion
 

@@ -15,7 +15,7 @@ from sinssim.data import Array, html_table, short_repr
 from sinssim.errors import InputError
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, EVERYTHING, VECTORS, Errors
 from sinssim.experiments.ensembles.ensemble_plan import ALL, Member, member
-from sinssim.filters import GRAVITY
+from sinssim.filter_registry import GRAVITY
 from sinssim.recording.result import Media, Result
 from sinssim.statistics.chi_square import Band, mean_square_band
 from sinssim.statistics.circular_error import mean_rate

@@ -14,7 +14,7 @@ from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS
 from sinssim.scenario.ensemble_section import MOST_RUNS
-from sinssim.simulation.path_errors import path_column
+from sinssim.simulation.total_system_error import path_column
 from sinssim.statistics.chi_square import root_mean_square_band
 from sinssim.statistics.circular_error import to_nmi_h
 from sinssim.statistics.percentiles import percentile

@@ -23,7 +23,7 @@ from sinssim.exhibits import EVERYWHERE, Column, Item, Sentence, Table
 from sinssim.experiments.run.summary_types import ErrorNumbers, FailureNumbers, PassageNumbers, RequirementNumbers
 from sinssim.recording import style
 from sinssim.recording.result import plain
-from sinssim.simulation.path_errors import misses, path_column, path_values, pieces_of
+from sinssim.simulation.total_system_error import misses, path_column, path_values, pieces_of
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.statistics.requirements import BY_PATH, CIRCLES, COMPONENTS, MISS, Verdict, first_exceeded
 from sinssim.strapdown.navigation_error import NavError, known_error_numbers_of
@@ -119,7 +119,7 @@ class WithErrors(Protocol):
 
     Attributes:
         time: from the beginning to the end of the run, s.
-        axes: axes of the errors, one of `sinssim.frames.AXES`.
+        axes: axes of the errors, one of `sinssim.frame_registry.AXES`.
         errors: by algorithm; a kind of errors that is NaN throughout is not drawn.
     """
 

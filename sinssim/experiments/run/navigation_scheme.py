@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from sinssim.algorithms import MEASURED_ATTITUDE, PLATFORM
+from sinssim.algorithm_registry import MEASURED_ATTITUDE, PLATFORM
 from sinssim.data import Array
 from sinssim.exhibits import Item, Picture, Sentence
-from sinssim.frames import FRAME_REGISTRY, FRAMES
+from sinssim.frame_registry import FRAME_REGISTRY, FRAMES
 from sinssim.recording import style
 from sinssim.recording.diagrams import ATTITUDE, POSITION, SENSOR, VELOCITY
 from sinssim.recording.svg import Drawing, Point

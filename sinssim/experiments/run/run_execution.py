@@ -42,7 +42,7 @@ from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.planned_limits import check_route, check_route_flown, check_times, warn_of_limits
 from sinssim.simulation.foreign_navigator import check_programs, ended_with_errors, messages_of
 from sinssim.simulation.navigation_stage import Navigated, aid, before_navigation, best_reference, navigate
-from sinssim.simulation.path_errors import check_path
+from sinssim.simulation.total_system_error import check_path
 from sinssim.simulation.truth_and_sensors import (
     STAGES,
     RecordedMotion,

@@ -35,7 +35,7 @@ from sinssim.sensors.aiding_registry import KINDS
 from sinssim.sensors.measurement_kind import earth_rate
 from sinssim.simulation.navigator_protocol import WITHIN, Feed
 from sinssim.system.files import Draft
-from sinssim.truth.flight.atmosphere import Air
+from sinssim.truth.atmosphere import Air
 from sinssim.truth.flight.guidance import TRUTH
 from sinssim.units import DEG, G0
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import rotation
-from sinssim.algorithms import REGISTRY
+from sinssim.algorithm_registry import REGISTRY
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, RunError

@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sinssim import rotation
-from sinssim.algorithms import REGISTRY, family
+from sinssim.algorithm_registry import REGISTRY, family
 from sinssim.data import Array, ImuData
 from sinssim.earth.geodetic_coordinates import radii
 from sinssim.experiments.studies.study_results import (

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.algorithms import REGISTRY
+from sinssim.algorithm_registry import REGISTRY
 from sinssim.data import Array
 from sinssim.experiments.studies.step_cost import KINDS, Operations, count, least_time, timed_data
 from sinssim.jit import bind, inline, kernel

@@ -16,7 +16,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from sinssim.algorithms import family
+from sinssim.algorithm_registry import family
 from sinssim.experiments.studies.attitude_claims import coning_drift, euler_heading, euler_limit, orthogonality
 from sinssim.experiments.studies.attitude_cost import matrix_costs
 from sinssim.experiments.studies.position_claims import (

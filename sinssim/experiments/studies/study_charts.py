@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.algorithms import family
+from sinssim.algorithm_registry import family
 from sinssim.charts import TIME, Axis, Band, Bars, Chart, Charts, Dots, Line, Mark, Rule, Weight, in_rows
 from sinssim.data import Array
 from sinssim.experiments.studies import position_claims as law

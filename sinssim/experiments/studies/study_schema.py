@@ -18,11 +18,11 @@ import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
 from sinssim import units
-from sinssim.algorithms import ALGORITHMS, MEASURED_ATTITUDE, whole_ratio
-from sinssim.algorithms import schedule as whole_rates
+from sinssim.algorithm_registry import ALGORITHMS, MEASURED_ATTITUDE, whole_ratio
+from sinssim.algorithm_registry import schedule as whole_rates
 from sinssim.data import ImuData
 from sinssim.errors import InputError, unknown_name
-from sinssim.frames import FRAME_REGISTRY, frames_that
+from sinssim.frame_registry import FRAME_REGISTRY, frames_that
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.navigation_section import Curvature, Frame, OwnEllipsoid, Schedule, Vertical
 from sinssim.scenario.planned_limits import expected_duration

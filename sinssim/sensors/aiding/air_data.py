@@ -32,7 +32,7 @@ from sinssim.sensors.aiding_sensor import (
 )
 from sinssim.sensors.measurement_kind import Comparison, MeasurementKind, R, compare_velocity
 from sinssim.toml_section import CorrelationTime, Moment, Noise, Offset, Spread
-from sinssim.truth.flight.atmosphere import STANDARD_TEMPERATURE, Air
+from sinssim.truth.atmosphere import STANDARD_TEMPERATURE, Air
 from sinssim.units import PPM
 
 if TYPE_CHECKING:

@@ -1,1 +1,1 @@
-"""One file for each attitude algorithm: four functions, named in `sinssim/algorithms.py`."""
+"""One file for each attitude algorithm: four functions, named in `sinssim/algorithm_registry.py`."""

@@ -28,21 +28,10 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.earth.gravity import gravitation_ecef_k
 from sinssim.errors import InputError
-from sinssim.frames import FRAME_REGISTRY, frames_that
+from sinssim.frame_registry import FRAME_REGISTRY, frames_that
 from sinssim.jit import bind, inline, kernel
 from sinssim.rotation.quaternions import Quaternion, Vector, multiply_k, quaternion_from_rotation_vector_k
 from sinssim.rotation.vectors import add, along, column, cross, keep_column, mul, turned
-from sinssim.strapdown.frames.azimuth import (
-    TRANSVERSE,
-    AzimuthState,
-    Place,
-    azimuth_rule,
-    earth_k,
-    north_k,
-    place_k,
-    rates_k,
-    start_azimuth_k,
-)
 from sinssim.strapdown.frames.inertial import InertialState, coordinates_k, geodetic_k, lifted_k, start_inertial_k
 from sinssim.strapdown.frames.navigation_problem import FORMS, Increments, Models, Problem, Rows, continued_k, keep_k
 from sinssim.strapdown.frames.vertical_channel import (
@@ -54,6 +43,17 @@ from sinssim.strapdown.frames.vertical_channel import (
     Loop,
     error_after_k,
     loop_gains_k,
+)
+from sinssim.strapdown.frames.wander_free_transverse import (
+    TRANSVERSE,
+    AzimuthState,
+    Place,
+    azimuth_rule,
+    earth_k,
+    north_k,
+    place_k,
+    rates_k,
+    start_azimuth_k,
 )
 from sinssim.strapdown.iteration_windows import (
     MOST_ITERATIONS,
@@ -182,7 +182,7 @@ def _engine(form: str) -> Callable[..., tuple[AzimuthState, Quaternion]]:
 
 
 def solve_level(problem: Problem, frame: str) -> None:
-    """Navigate in a local-level frame, "level" or one of `sinssim.strapdown.frames.azimuth`; fill in the solution."""
+    """Navigate in a local-level frame, "level" or one with an azimuth of its own; fill in the solution."""
     p = problem
     rule, axis = (TRANSVERSE, np.array([0.0, 0.0, 1.0])) if frame == "level" else azimuth_rule(p, frame)
     of_x = p.azimuth if len(p.azimuth) else np.zeros(len(p.time))  # the level frame's own is zero
@@ -298,7 +298,7 @@ def solve_inertial(problem: Problem, frame: str) -> None:
 
 _ENGINES = {
     "level": solve_level,
-    "azimuth": solve_level,
+    "wander_free_transverse": solve_level,
     "inertial": solve_inertial,
 }
 """Engines by file of the frame."""

@@ -1,1 +1,1 @@
-"""The navigation frames, each with one step, and the vertical channel; named in `sinssim/frames.py`."""
+"""The navigation frames, each with one step, and the vertical channel; named in `sinssim/frame_registry.py`."""

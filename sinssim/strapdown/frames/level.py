@@ -27,7 +27,7 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.earth.gravity import gravity_ned_k
 from sinssim.errors import RunError
-from sinssim.frames import frames_that
+from sinssim.frame_registry import frames_that
 from sinssim.jit import inline
 from sinssim.rotation.quaternions import Quaternion, Vector
 from sinssim.rotation.vectors import add, along, cross, mul, sub, sub_cross

@@ -54,7 +54,7 @@ class Fixed(NamedTuple):
     """What the slow part of a frame has for the whole run.
 
     of: the Earth.
-    rule, axis: of the frame's azimuth, see `sinssim.strapdown.frames.azimuth`.
+    rule, axis: of the frame's azimuth, see `sinssim.strapdown.frames.wander_free_transverse`.
     vertical, gains: of the vertical channel.
     start: time of the first row, s.
     """

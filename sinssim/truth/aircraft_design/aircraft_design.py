@@ -17,8 +17,8 @@ from sinssim.truth.aircraft_design.linear_model import LATERAL, VERTICAL, FlownR
 from sinssim.truth.aircraft_design.loop_design import DesignPoint, LoopDesign, design_loops, engine_response
 from sinssim.truth.aircraft_design.model_survey import Survey, engine_words, find_model, survey
 from sinssim.truth.aircraft_design.trimmed_envelope import TrimmedModel, glide_envelope, quick_envelope
+from sinssim.truth.atmosphere import Air
 from sinssim.truth.flight.aircraft import Aircraft, AutopilotGains, Envelope, Performance, climb_rate, descent_rate
-from sinssim.truth.flight.atmosphere import Air
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.jsbsim_model import quiet
 from sinssim.truth.motion import AT_REFERENCE_POINT

@@ -14,8 +14,8 @@ from typing import Self
 
 from sinssim.errors import InputError
 from sinssim.system.files import Draft
+from sinssim.truth.atmosphere import Air
 from sinssim.truth.flight.aircraft import Envelope, load_aircraft
-from sinssim.truth.flight.atmosphere import Air
 from sinssim.truth.flight.autopilot import G
 from sinssim.truth.flight.jsbsim_model import STEP, loaded_model, quiet, trim_glide, widen_trim
 from sinssim.units import DEG, FOOT, KNOT

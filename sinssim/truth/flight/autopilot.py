@@ -18,8 +18,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from math import atan, cos, pi, remainder, sin
 
+from sinssim.truth.atmosphere import Air
 from sinssim.truth.flight.aircraft import Aircraft
-from sinssim.truth.flight.atmosphere import Air
 from sinssim.units import DEG, KNOT
 
 G = 9.80665

@@ -23,8 +23,8 @@ import numpy as np
 from sinssim.content import find_content
 from sinssim.system.extensions import source_of
 from sinssim.system.files import draft, read_bytes
+from sinssim.truth.atmosphere import Air
 from sinssim.truth.flight.aircraft import load_aircraft
-from sinssim.truth.flight.atmosphere import Air
 from sinssim.truth.flight.flight_log import FlightLog
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.guidance import SolutionErrors

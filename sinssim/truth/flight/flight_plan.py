@@ -30,8 +30,8 @@ from sinssim.errors import InputError
 from sinssim.system.extensions import Item
 from sinssim.system.registries import register
 from sinssim.toml_section import Heading, Keys, Latitude, Longitude, Moment, NotNegative, Section
+from sinssim.truth.atmosphere import STANDARD_PRESSURE, Air, WindVector, wind_from
 from sinssim.truth.flight.aircraft import aircraft_exists, ceiling, load_aircraft
-from sinssim.truth.flight.atmosphere import STANDARD_PRESSURE, Air, WindVector, wind_from
 from sinssim.truth.flight.guidance import Guidance
 from sinssim.truth.flight.leg import Airspeed, Altitude, DeadReckoning, LegBase, Rnp, check_landing, distance, user_leg
 from sinssim.truth.flight.legs import LEGS
@@ -118,7 +118,7 @@ class Wind(Section):
         return listed([key for keys in given for key in keys]) if len(given) > 1 else ""
 
     def levels(self) -> tuple[tuple[float, WindVector], ...]:
-        """Return the heights with their wind, m and m/s, for `sinssim.truth.flight.atmosphere.Air`."""
+        """Return the heights with their wind, m and m/s, for `sinssim.truth.atmosphere.Air`."""
         if self.profile:
             return tuple(
                 (level.height_m, wind_from(level.from_deg, _speed(level.speed_mps, level.speed_kt), self.down_mps))

@@ -17,8 +17,8 @@ from sinssim.content import find_content
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.system.files import user_file
+from sinssim.truth.atmosphere import Air, WindVector
 from sinssim.truth.flight.aircraft import Aircraft, load_aircraft
-from sinssim.truth.flight.atmosphere import Air, WindVector
 from sinssim.truth.flight.autopilot import HEADING, AircraftState, Autopilot, G
 from sinssim.truth.flight.flight_plan import AirStart, FlightPlan, RunwayStart
 from sinssim.truth.flight.leg import LegBase, LegError

@@ -22,8 +22,8 @@ from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.system.extensions import Item, class_in, explained, failure, load_module
 from sinssim.system.registries import ensure, registered
 from sinssim.toml_section import Section, Timeout
+from sinssim.truth.atmosphere import Air
 from sinssim.truth.flight.aircraft import Performance
-from sinssim.truth.flight.atmosphere import Air
 from sinssim.truth.flight.autopilot import HEIGHT, INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.planned_path import SAGITTA, PlannedTrack, over_ground
 from sinssim.truth.sampling import FlightEvent

@@ -26,7 +26,7 @@ from sinssim import rotation
 from sinssim.data import Array, ImuData, NavState
 from sinssim.errors import InputError
 from sinssim.toml_section import Height, Moment, Section
-from sinssim.truth.flight.atmosphere import density
+from sinssim.truth.atmosphere import density
 from sinssim.truth.sampling import BlockMotion, Channel, FlightEvent, block_state, integrate_samples, sample_edges
 from sinssim.truth.trajectory import Trajectory
 from sinssim.units import G0

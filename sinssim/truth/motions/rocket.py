@@ -42,7 +42,7 @@ from sinssim import rotation
 from sinssim.data import Array, ImuData, NavState
 from sinssim.errors import InputError
 from sinssim.toml_section import Duration, Heading, Height, Latitude, Longitude, Moment, Section
-from sinssim.truth.flight.atmosphere import SPACE_M, density
+from sinssim.truth.atmosphere import SPACE_M, density
 from sinssim.truth.motion import NORMAL_EARTH, Mounting, PlacedMotion, TrueEarth
 from sinssim.truth.motions.analytic import ClosedForm
 from sinssim.truth.motions.surface_vehicles import rising, s_curve

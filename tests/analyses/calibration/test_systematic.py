@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from sinssim import budget, navigate, rotation
-from sinssim.analyses.calibration.calibration_problem import errors_of, in_accelerometer_frame, make_task
+from sinssim.analyses.calibration.calibration_problem import errors_of, make_task
 from sinssim.analyses.calibration.calibration_result import compensation_text
-from sinssim.analyses.calibration.systematic_method import linearise, steps, systematic
+from sinssim.analyses.calibration.systematic_method import in_accelerometer_frame, linearise, steps, systematic
 from sinssim.analyses.calibration.turntable_calibration import calibrate
 from sinssim.analyses.calibration.turntable_dwells import planned
 from sinssim.scenario import Scenario

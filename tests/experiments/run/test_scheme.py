@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from sinssim.experiments.run.navigation_scheme import scheme, scheme_words
-from sinssim.frames import FRAMES
+from sinssim.frame_registry import FRAMES
 from sinssim.scenario import Scenario, load_scenario
 from tests.recording.drawings import check_words, words_of
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sinssim.algorithms import REGISTRY
+from sinssim.algorithm_registry import REGISTRY
 from sinssim.data import ImuData
 from sinssim.experiments.studies import attitude_cost, step_cost
 from sinssim.experiments.studies.attitude_cost import _loop, attitude_costs, count_attitude

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from sinssim.algorithms import ALGORITHMS, REGISTRY
+from sinssim.algorithm_registry import ALGORITHMS, REGISTRY
 from sinssim.data import ImuData
 from sinssim.experiments.studies.attitude_cost import matrix_costs, sine_k
 from sinssim.experiments.studies.claims import _COMPUTED, decide, trigonometric_matrix

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from sinssim.algorithms import ALGORITHMS, REGISTRY
+from sinssim.algorithm_registry import ALGORITHMS, REGISTRY
 from sinssim.data import ImuData, NavState
 from sinssim.experiments.studies.attitude_claims import EXACTLY, ORDER, ROUNDING, guarantee
 from sinssim.strapdown.navigate import navigate

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from sinssim import ALGORITHMS
-from sinssim.algorithms import whole_ratio
+from sinssim.algorithm_registry import whole_ratio
 from sinssim.content import list_content
 from sinssim.errors import InputError
 from sinssim.experiments.study import load_study

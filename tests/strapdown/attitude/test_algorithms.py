@@ -16,7 +16,7 @@ from numpy.polynomial.legendre import leggauss
 from scipy.special import j1
 
 from sinssim import ALGORITHMS, ImuData, InputError, NavState, navigate
-from sinssim.algorithms import REGISTRY
+from sinssim.algorithm_registry import REGISTRY
 from sinssim.strapdown import iteration_windows as windows
 from sinssim.strapdown.attitude import rotation_vector
 from sinssim.strapdown.attitude import rotation_vector as coning_drift

@@ -10,7 +10,7 @@ import pytest
 
 from sinssim import ImuData, NavState, navigate
 from sinssim.errors import RunError
-from sinssim.strapdown.frames.azimuth import azimuth_rule, check
+from sinssim.strapdown.frames.wander_free_transverse import azimuth_rule, check
 from sinssim.strapdown.mechanization import Mechanization
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sinssim import FRAMES, ImuData, InputError, NavState, RunError, navigate
-from sinssim.strapdown.frames.azimuth import FREE_AZIMUTH, Place, transport_k
+from sinssim.strapdown.frames.wander_free_transverse import FREE_AZIMUTH, Place, transport_k
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 from tests.oracles.s_turn import STurn
 from tests.oracles.turntable import turn

@@ -11,7 +11,7 @@ import pytest
 from sinssim.errors import InputError
 from sinssim.truth.aircraft_design import trimmed_envelope
 from sinssim.truth.aircraft_design.aircraft_design import design_aircraft
-from sinssim.truth.flight.atmosphere import Air
+from sinssim.truth.atmosphere import Air
 from sinssim.truth.flight.jsbsim_model import quiet
 
 

@@ -13,8 +13,8 @@ from sinssim.data import NavState
 from sinssim.errors import InputError
 from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.aiding_sensor import Vehicle
+from sinssim.truth.atmosphere import Air
 from sinssim.truth.flight import jsbsim_simulation
-from sinssim.truth.flight.atmosphere import Air
 from sinssim.truth.flight.flight_log import flight_log
 from sinssim.truth.flight.flight_plan import FlightPlan, Wind
 from sinssim.truth.flight.jsbsim_simulation import fly_plan

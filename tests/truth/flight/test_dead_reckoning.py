@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from sinssim.truth.atmosphere import Air, WindVector
 from sinssim.truth.flight.aircraft import Performance
-from sinssim.truth.flight.atmosphere import Air, WindVector
 from sinssim.truth.flight.leg import DeadReckoning, bearing, distance
 
 R = 6371e3

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from sinssim.truth.atmosphere import Air
 from sinssim.truth.flight import jsbsim_model
 from sinssim.truth.flight.aircraft import load_aircraft
-from sinssim.truth.flight.atmosphere import Air
 from sinssim.truth.flight.flight_log import CHANNELS, FlightRecord, flight_log
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.jsbsim_model import Engines

@@ -16,7 +16,7 @@ from sinssim.rotation.quaternions import euler_from_quaternion
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.true_motion import fly
-from sinssim.truth.flight.atmosphere import density
+from sinssim.truth.atmosphere import density
 from sinssim.truth.motions.drop import Released
 from tests.oracles import integrator as oracle
 from tests.truth.motions import ecef

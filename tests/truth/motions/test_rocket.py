@@ -16,7 +16,7 @@ from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError
 from sinssim.rotation.quaternions import euler_from_quaternion
 from sinssim.scenario import Scenario, load_scenario
-from sinssim.truth.flight.atmosphere import Air, density
+from sinssim.truth.atmosphere import Air, density
 from sinssim.truth.motion import TrueEarth
 from sinssim.truth.motions.rocket import Rocket, RocketFlight
 from sinssim.units import G0

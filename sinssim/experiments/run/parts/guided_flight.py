@@ -24,7 +24,7 @@ from sinssim.recording.style import thinned
 from sinssim.recording.track_map import NOTE, Track, track_map
 from sinssim.simulation.guided_passes import air_sensors
 from sinssim.simulation.navigation_stage import Navigated
-from sinssim.simulation.path_errors import (
+from sinssim.simulation.total_system_error import (
     AXES,
     WITHIN,
     Ending,
@@ -39,7 +39,7 @@ from sinssim.simulation.path_errors import (
     pieces_of,
     size_of,
 )
-from sinssim.simulation.path_errors import Miss as Missed
+from sinssim.simulation.total_system_error import Miss as Missed
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.flight.guidance import AIDED, ENDED, TRUTH, Guided

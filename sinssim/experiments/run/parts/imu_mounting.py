@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NotRequired, TypedDict
 import numpy as np
 
 from sinssim import units
-from sinssim.algorithms import PLATFORM
+from sinssim.algorithm_registry import PLATFORM
 from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Line, Weight, over
 from sinssim.data import Array, ImuData
 from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table

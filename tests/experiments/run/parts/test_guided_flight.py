@@ -26,7 +26,7 @@ from sinssim.experiments.run.parts.guided_flight import (
     _sizes,
 )
 from sinssim.experiments.run.parts.phases import Phase
-from sinssim.simulation.path_errors import Miss, PathErrors, Piece
+from sinssim.simulation.total_system_error import Miss, PathErrors, Piece
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.trajectory import FlightEvent

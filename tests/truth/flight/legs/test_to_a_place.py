@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from sinssim.truth.atmosphere import Air
 from sinssim.truth.flight.aircraft import load_aircraft
-from sinssim.truth.flight.atmosphere import Air
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
 from sinssim.truth.flight.leg import LegError
 from sinssim.truth.flight.legs.waypoint import WaypointLeg

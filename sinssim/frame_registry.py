@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 
-from sinssim.algorithms import REGISTRY
+from sinssim.algorithm_registry import REGISTRY
 from sinssim.errors import InputError
 from sinssim.system.extensions import Item, Outline
 from sinssim.system.registries import Registry, Sentences, sentence_of
@@ -48,14 +48,14 @@ _SHIPPED = {
     ),
     "wander": Frame(
         "local level that does not rotate about the vertical relative to the Earth; also over the poles",
-        "azimuth",
+        "wander_free_transverse",
         has_azimuth=True,
         has_three_rates=True,
         starts_anywhere=True,
     ),
     "free-azimuth": Frame(
         "local level that does not rotate about the vertical in inertial space; also over the poles",
-        "azimuth",
+        "wander_free_transverse",
         has_azimuth=True,
         has_three_rates=True,
         starts_anywhere=True,
@@ -63,7 +63,7 @@ _SHIPPED = {
     "transverse": Frame(
         "local level oriented along a great circle: spherical coordinates with the route as equator, "
         "not usable near their poles",
-        "azimuth",
+        "wander_free_transverse",
         takes_route=True,
         has_azimuth=True,
         has_three_rates=True,

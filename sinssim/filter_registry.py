@@ -1,7 +1,7 @@
 """The registry of filters, apart from their files, so that listing and checking them needs no filterpy.
 
-A kind of the package has a row here and a class in `sinssim.estimation.filter_kinds`; a filter of a project is a file
-of its folder `filters` with a class `Filter` (`docs/extending/filter.md`).
+A kind of the package has a row here and a class in `sinssim.estimation.unscented_cubature_ensemble`; a filter of a
+project is a file of its folder `filters` with a class `Filter` (`docs/extending/filter.md`).
 """
 
 from __future__ import annotations

@@ -21,8 +21,8 @@ from sinssim.experiments.run.filter_summary import Moment
 from sinssim.experiments.run.parts.guided_flight import Displaced
 from sinssim.recording.page import page_of
 from sinssim.scenario import Scenario, load_scenario
-from sinssim.simulation import path_errors as kept
-from sinssim.simulation.path_errors import (
+from sinssim.simulation import total_system_error as kept
+from sinssim.simulation.total_system_error import (
     Miss,
     PathErrors,
     Piece,
