@@ -2,9 +2,8 @@
 
 Run it from anywhere:  python scenarios/recorded_and_simulated.py [LOG.toml] [-o DIR] [--imu FILE] [--runs N]
 
-  1. The noise of the unit in motion: the innovations of the filter are most likely under it (three minutes of log take
-     two or three minutes). With --imu FILE the table [imu] of that file is taken, for example one that
-     `sinssim allan LOG.toml --from … --to … --imu` printed, and only σ of the fixes are searched for.
+  1. The noise of the unit in motion, by `sinssim.tune`. With --imu FILE the table [imu] of that file is taken, for
+     example one that `sinssim allan LOG.toml --from … --to … --imu` printed, and only σ of the fixes are tuned.
   2. The smoothed solution of the log becomes the true motion ([track]) of a simulated run, with this noise, with fixes
      of the same σ and rate, and with the same initial errors.
   3. Both are run without satellites for 15 s every 45 s, in three phases; the simulated one with N seeds.
@@ -23,7 +22,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from support.log_likelihood import FACTORS, KEYS, most_likely
 from support.twin_figure import twin_charts
 
 import sinssim
@@ -40,6 +38,8 @@ Array = NDArray[np.float64]
 Outages = list[list[float]]
 
 LOG = Path(__file__).resolve().parent.parent / "tests" / "data" / "drive" / "drive.toml"
+FACTORS = {"gnss-position": "log.gnss.sigma_factor", "gnss-velocity": "log.gnss.velocity_sigma_factor"}
+"""Keys of the fixes' σ by the kind of the readings."""
 BLOCK_KEYS = ("mounting_deg", "lever_arm_m", "rate_hz")
 """Keys of [imu] that describe the installation: they are the log's, also beside another table."""
 
@@ -118,17 +118,6 @@ def block_of(file: Path, scenario: Scenario) -> Scenario:
     installed = {key: own[key] for key in BLOCK_KEYS if key in own}
     table.pop("rate_hz", None)
     return with_tables(scenario, imu={**table, **installed})
-
-
-def recorded_scenario(scenario: Scenario, values: dict[str, float]) -> Scenario:
-    """Return the log's scenario with the noise that was found."""
-    contents = scenario.contents()
-    contents["imu"].update({key: float(f"{values[key]:.4g}") for key in KEYS if key in values})
-    gnss = contents["log"]["gnss"]
-    for key in FACTORS:
-        gnss[key] = float(f"{gnss[key] * values.get(key, 1.0):.4g}")
-    contents["filter"]["smooth"] = True
-    return Scenario.model_validate(contents)
 
 
 def simulated_scenario(recorded: Any, folder: Path, seed: int) -> Scenario:
@@ -223,24 +212,23 @@ def words(values: dict[str, float], sides: dict[str, Side]) -> str:
 
 
 def study(options: argparse.Namespace) -> dict[str, Any]:
-    """Find the noise, run both sides, write everything, and return the summary."""
+    """Tune the noise, run both sides, write everything, and return the summary."""
     out: Path = options.out
     out.mkdir(parents=True, exist_ok=True)
     scenario = sinssim.load_scenario(options.log)
     if options.imu is not None:
         scenario = block_of(options.imu, scenario)
-    prepared = prepare(scenario)
-    # a log without velocities has one factor only
-    kinds = {one.measurements.kind for one in prepared.log.sensed}
-    factors = FACTORS if "gnss-velocity" in kinds else FACTORS[:1]
-    values: dict[str, float] = {}
+    file, values = out / "recorded.toml", {}
+    file.write_text(scenario.to_toml(), encoding="utf-8")
+    settings = ["filter.smooth=true"]
     if not options.as_told:
-        imu = prepared.scenario.imu
-        first = {} if options.imu is not None else {key: value for key in KEYS if (value := getattr(imu, key))}
-        print(f"Noise in motion, from {', '.join(f'{k} {v:.4g}' for k, v in first.items()) or 'the given table'}")
-        values, _ = most_likely(prepared, first, factors, print, options.finest)
-    scenario = recorded_scenario(scenario, values)
-    (out / "recorded.toml").write_text(scenario.to_toml(), encoding="utf-8")
+        kinds = {one.measurements.kind for one in prepare(scenario).log.sensed}
+        of_fixes = [key for kind, key in FACTORS.items() if kind in kinds]
+        tuned = sinssim.tune(file, keys=() if options.imu is None else of_fixes, held_out=0.0)
+        values = {key.key: key.value for key in tuned.keys if not key.refused}
+        settings += tuned.lines
+    scenario = sinssim.load_scenario(file, settings)
+    file.write_text(scenario.to_toml(), encoding="utf-8")
     recorded = sinssim.run(scenario, out / "recorded", overwrite=True)
     twin = simulated_scenario(recorded, (out / "recorded").resolve(), 1)
     (out / "simulated.toml").write_text(twin.to_toml(), encoding="utf-8")
@@ -266,8 +254,7 @@ def study(options: argparse.Namespace) -> dict[str, Any]:
         sides[name].deviations = deviations(run.sensed.measured, ideal)
     summary = {
         "log": str(options.log),
-        "imu": {key: value for key, value in values.items() if key in KEYS},
-        "factors": {key: value for key, value in values.items() if key in FACTORS},
+        "tuned": values,
         "outage_s": options.length_s,
         **{name: side.numbers() for name, side in sides.items()},
     }
@@ -292,7 +279,6 @@ def main() -> None:
     parser.add_argument("--length-s", type=float, default=15.0, help="length of the outages")
     parser.add_argument("--every-s", type=float, default=45.0, help="their period")
     parser.add_argument("--first-s", type=float, default=30.0, help="begin of the first")
-    parser.add_argument("--finest", type=float, default=0.3, help="step, as a power of two, at which the search ends")
     study(parser.parse_args())
 
 

@@ -11,10 +11,12 @@ import pytest
 import sinssim
 from sinssim.content import package_content
 from sinssim.errors import InputError
+from sinssim.filters import SHIPPED
 from sinssim.scenario import Scenario
 from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.simulation.truth_comparison import FilterSolution
 from sinssim.system.registries import forget
+from tests.slow import slow
 
 INERTIAL = '''"""Inertial navigation that notes what arrives, and states 1σ."""
 import numpy as np
@@ -142,3 +144,75 @@ def test_what_is_no_filter_is_refused(project: Any) -> None:
         project(INERTIAL, filters=[{"name": "a", "kind": "mine", "gate": 0.0}])
     with pytest.raises(InputError, match=r'kind = "mine" is the filter of a project; it stands in \[\[filters\]\]'):
         project(INERTIAL, filter={"kind": "mine"}, filters=[])
+
+
+DEMANDS: dict[str, dict[str, Any]] = {
+    "late readings": {"aiding": {"gnss": {"latency_s": 1.3}, "baro": {}}},
+    "an outage": {"aiding": {"gnss": {"outages_s": [[6.0, 16.0]]}, "baro": {}}},
+    "an outage and a delay that is unknown": {
+        "aiding": {"gnss": {"latency_s": 0.33, "outages_s": [[6.0, 16.0]], "time_offset_sigma_s": 0.02}}},
+    "flicker": {"imu": {"grade": "laser-standard", "rate_hz": 20.0, "gyro_flicker_deg_h": 1.0},
+                "filter": {"states": ["gyro bias", "gyro flicker"], "rate_hz": 2.0}},
+    "redundant sensors": {"imu": {"grade": "laser-standard", "rate_hz": 20.0, "sensor_set": {"type": "redundant"}}},
+    "known gravity": {"gravity": {"model": "egm2008", "degree": 20}, "navigation": {
+        "algorithms": ["quaternion"], "vertical": "free", "gravity_degree": 20}},
+    "a smoother of the first": {"filter": {"states": [], "rate_hz": 2.0, "smooth": True, "backward": True}},
+    "a diagnosis of the first": {"filter": {"states": [], "rate_hz": 2.0, "diagnose": True}},
+}  # fmt: skip
+
+QUICK = "an outage and a delay that is unknown"
+
+REFUSED: dict[str, tuple[tuple[str, ...], dict[str, Any], str]] = {
+    "smooth": (("unscented", "cubature", "ensemble"), {"smooth": True}, "has no smoother"),
+    "backward": (("invariant", "unscented", "cubature", "ensemble"), {"backward": True}, "no filter in reverse time"),
+    "open": (("invariant",), {"loop": "open"}, "it needs loop"),
+}
+
+
+@pytest.mark.parametrize("demand", [QUICK, *slow(*(demand for demand in DEMANDS if demand != QUICK))])
+def test_every_kind_takes_what_the_error_state_filter_takes(project: Any, demand: str) -> None:
+    """Small errors: each kind has its solution within a tenth of its 1σ; the filter of a project runs to the end."""
+    filters = [{"name": f"by-{kind}", "kind": kind} for kind in SHIPPED]
+    small = {"tilt_sigma_arcmin": 0.2, "heading_sigma_arcmin": 1.0}
+    of_demand = {"navigation": {"algorithms": ["quaternion"], "vertical": "free"}, **DEMANDS[demand]}
+    of_demand["navigation"] = of_demand["navigation"] | {"initial_error": small}
+    run = project(INERTIAL, filters=[{"name": "tried", "kind": "mine"}, *filters], **of_demand)
+    first = run.aided.estimate
+    assert first.divergence is None
+    for name in (f"by-{kind}" for kind in SHIPPED):
+        of = run.solutions[name].aided
+        assert of.estimate.divergence is None
+        apart = np.hstack([of.error.position_ned - run.aided.error.position_ned,
+                           of.error.attitude - run.aided.error.attitude])  # fmt: skip
+        assert np.max(np.abs(apart) / first.sigma[:, [0, 1, 2, 6, 7, 8]]) < 0.1, name
+        assert of.estimate.smoothed is of.estimate.backward is None
+    assert run.solutions["tried"].time[-1] == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize(("what", "kind"), [(what, kind) for what in REFUSED for kind in REFUSED[what][0]])
+def test_what_a_kind_cannot_do_is_refused_by_name(project: Any, what: str, kind: str) -> None:
+    _, keys, message = REFUSED[what]
+    with pytest.raises(ValueError, match=f'kind = "{kind}" .*{message}'):
+        project(INERTIAL, filters=[], filter={"kind": kind, **keys})
+
+
+def test_every_kind_that_is_not_refused_does_it() -> None:
+    """A smoother, a filter in reverse time and an open loop of all kinds but those that are refused."""
+    done = {what: [kind for kind in SHIPPED if kind not in kinds] for what, (kinds, _, _) in REFUSED.items()}
+    assert done["smooth"] == ["error-state", "invariant"]
+    base = {
+        "name": "c", "great_circle": {"latitude_deg": 48.0, "altitude_m": 3000.0, "course_deg": 30.0,
+                                      "speed_mps": 100.0, "duration_s": 8.0},
+        "imu": {"grade": "laser-standard", "rate_hz": 10.0}, "aiding": {"gnss": {}},
+    }  # fmt: skip
+    for what, kinds in done.items():
+        for kind in kinds:
+            run = sinssim.run(Scenario(**base, filter={"kind": kind, "states": [], "rate_hz": 1.0, **REFUSED[what][1]}))
+            assert isinstance(run, sinssim.Run)
+            assert run.aided is not None
+            estimate = run.aided.estimate
+            assert estimate.divergence is None
+            assert (estimate.smoothed is not None, estimate.backward is not None) == (
+                what == "smooth",
+                what == "backward",
+            )

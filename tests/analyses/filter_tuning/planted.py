@@ -104,3 +104,50 @@ def antenna(truth: Curve, time: Array) -> tuple[Array, Array]:
         state.height - off[:, 2],
     )
     return np.column_stack(place), state.velocity_ned + turning
+
+
+MOUNTED = (0.0, 2.0, -3.0)
+"""Roll, pitch and yaw of the block in the car of `written_mounted`, degrees."""
+
+_SWAY, _RATE = 4e-3, 50.0
+"""1σ of the angles by which the car points beside its way, rad, new ten times a second; samples per second."""
+
+
+def written_mounted(folder: Path, seconds: float = 90.0, seed: int = 1) -> Path:
+    """Write the log of a car whose block is not mounted as its scenario says, and return the scenario.
+
+    The car sways about its way, as the 1σ of its wheels' velocities says at 12 m/s.
+    """
+    straight, rng = drive(seconds, roll=0.0, pitch=0.0), np.random.default_rng(seed)
+    knots = np.arange(0.0, seconds + 0.05, 0.1)
+    state = straight.state(knots)
+    sway = _SWAY * rng.standard_normal((2, len(knots))) * np.minimum(np.linalg.norm(state.velocity_ned, axis=1), 1.0)
+    q_vb = rotation.quaternion_from_euler(*np.radians(MOUNTED))
+    heading = rotation.euler_from_quaternion(state.q_nb)[2]
+    q_nb = rotation.multiply(rotation.quaternion_from_euler(0.0 * heading, sway[0], heading + sway[1]), q_vb)
+    place = earth.geodetic_to_ecef(state.latitude, state.longitude, state.height)
+    truth = Curve(knots, place, rotation.multiply(earth.q_en(state.latitude, state.longitude), q_nb))
+    unit = Imu(grade="mems-tactical", rate_hz=_RATE)
+    write_increments(folder / "imu.csv", emulate(truth.increments(_RATE), unit, seed=seed))
+    time = np.arange(1.0, seconds - 1.0, 0.5)
+    there = truth.state(time)
+    noise = rng.standard_normal((2, len(time), 3))
+    place = np.column_stack((there.latitude, there.longitude, there.height))
+    place += noise[0] * (0.1 / 6.4e6, 0.1 / 4.9e6, 0.2)
+    velocity = there.velocity_ned + 0.05 * noise[1]
+    columns = (time, np.degrees(place[:, 0]), np.degrees(place[:, 1]), place[:, 2], velocity)
+    write_csv(folder / "fixes.csv", "t_s,lat,lon,h,vn,ve,vd", np.column_stack(columns))
+    across = 12.0 * _SWAY
+    contents = {
+        "name": "mounted",
+        "log": {
+            "imu": {"file": "imu.csv", **INCREMENTS},
+            "gnss": {**FIXES, "position_sigma_m": [0.1, 0.1, 0.2], "file": "fixes.csv"},
+        },
+        "imu": {"grade": "mems-tactical", "rate_hz": _RATE},
+        "aiding": {"land_vehicle": {"sigma_lateral_mps": across, "sigma_vertical_mps": across}},
+        "filter": {"rate_hz": 10.0},
+    }  # fmt: skip
+    file = folder / "mounted.toml"
+    file.write_text(Scenario.model_validate(contents).to_toml(), encoding="utf-8")
+    return file

@@ -12,7 +12,7 @@ from sinssim.analyses.filter_tuning.tuning_data import INSTALLED, installed_erro
 from sinssim.analyses.filter_tuning.tuning_result import Tuned, TuningResult
 from sinssim.errors import InputError
 from sinssim.scenario import load_scenario
-from tests.analyses.filter_tuning.planted import AGE, ARM, LATE, written, written_log
+from tests.analyses.filter_tuning.planted import AGE, ARM, LATE, MOUNTED, written, written_log, written_mounted
 from tests.slow import slow
 
 TRUE = {
@@ -44,6 +44,24 @@ def test_a_planted_installation_is_inside_its_intervals(tmp_path: Path, runs: in
     again = load_scenario(tmp_path / "log.toml", result.lines).log.gnss
     assert again.lever_arm_m == pytest.approx([*(tuned[key].value for key in list(TRUE)[:2]), 0.0], rel=1e-3)
     assert again.time_offset_s == pytest.approx(tuned["log.gnss.time_offset_s"].value, rel=1e-3)
+
+
+@pytest.mark.parametrize("runs", [1, *slow(100)])
+def test_a_planted_mounting_is_inside_its_interval(tmp_path: Path, runs: int) -> None:
+    """By the constraint of a car that sways; as above, at least 90 of 100 runs, of one run within four 1σ."""
+    off = np.empty((runs, 2))
+    for seed in range(runs):
+        file = written_mounted(tmp_path, 60.0 if runs == 1 else 90.0, seed)
+        result = tune(file, keys=["imu.mounting_deg"], held_out=0.0)
+        assert [of.key for of in result.keys] == ["imu.mounting_deg.2", "imu.mounting_deg.3"]
+        assert not any(of.refused for of in result.keys)
+        half = np.array([0.5 * (of.high - of.low) for of in result.keys])
+        assert np.all((half > 0.05) & (half < 0.25)), half
+        off[seed] = (np.array([of.value for of in result.keys]) - MOUNTED[1:]) / half
+    assert np.all(np.sum(np.abs(off) < (1.0 if runs > 1 else 2.0), axis=0) >= 0.9 * runs), off
+    assert load_scenario(file, result.lines).imu.mounting_deg == pytest.approx(
+        [0.0, *(of.value for of in result.keys)], rel=1e-3
+    )
 
 
 def test_values_of_an_array_are_one_setting() -> None:
