@@ -44,6 +44,7 @@ code { font-family: ui-monospace, "Liberation Mono", monospace; font-size: .92em
 .pair { display: grid; grid-template-columns: repeat(2, minmax(0, 1fr)); gap: 1.2rem 1.4rem; align-items: start; }
 .pair > div > table:first-child, .pair .wide:first-child table { margin-top: 0; }
 .pair > div td.text { min-width: 9rem; } .pair td, .pair th { white-space: normal; padding: .18rem .4rem; }
+.pair td.name:first-child { min-width: 8.5rem; }
 @media screen and (max-width: 900px) { .pair { grid-template-columns: minmax(0, 1fr); }
   .pair svg[role] { width: 100%; max-width: 44rem; } }
 .broken { border-left: 5px solid #b03a00; padding: .4rem 1rem; max-width: none; background: var(--head); }

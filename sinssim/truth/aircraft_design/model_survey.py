@@ -125,6 +125,8 @@ def survey(place: Path) -> Survey:
         InputError: the model cannot fly, with the reason.
     """
     root = _definition(place)
+    if root.find("buoyant_forces") is not None:
+        raise InputError("gas carries it, but the autopilot flies what wings carry")
     engines = _engine_files(place, root)
     with quiet() as messages, Draft() as folder:
         executive = _loaded(place, root, Path(folder.path), messages)
@@ -132,6 +134,8 @@ def survey(place: Path) -> Survey:
         missing = [name for name in _NEEDED if not manager.hasNode(name)]
         if missing:
             raise InputError(f"it has no property {missing[0]}, which the autopilot needs")
+        if manager.hasNode("propulsion/engine/collective-ctrl-rad"):
+            raise InputError("a rotor carries it, but the autopilot does not command the pitch of its blades")
         lift, alpha = _greatest_lift(executive)
         weight, wing = executive["inertia/weight-lbs"] * _POUND, executive["metrics/Sw-sqft"] * FOOT**2
         if lift < _LEAST_LIFT or wing <= 0.0:

@@ -33,6 +33,8 @@ from sinssim.truth.sampling import FlightEvent
 from sinssim.truth.trajectory import Trajectory
 from sinssim.units import DEG, G0
 
+LAUNCH, BURST, LANDING = "launch", "burst", "landing"
+"""Beginnings of the texts of its events."""
 _SCALE = 14_400.0
 """2H, m: from the ground to 30 km the density falls by e^(60/14.4) = 64, in the Standard Atmosphere 1976 by 67."""
 _START, _BURST = 10.0, 2.0
@@ -235,6 +237,7 @@ class BalloonMotion(ClosedFormMotion):
     def block_motion(self, block: Mounting, earth: TrueEarth, seed: int) -> Trajectory:
         level = (1.0, 0.0, 0.0, 0.0)
         vehicle = OnEarth(self.motion(), *self.place, level, self.duration_s, earth.gravity, earth.figure)
-        events = zip(self.instants, ("launch", f"burst at {self.burst_height_m / 1e3:.1f} km", "landing"), strict=True)
+        burst = f"{BURST} at {self.burst_height_m / 1e3:.1f} km"
+        events = zip(self.instants, (LAUNCH, burst, LANDING), strict=True)
         vehicle.events = tuple(FlightEvent(time, text) for time, text in events)
         return block.of(vehicle)

@@ -526,7 +526,8 @@ class RocketFlight(ClosedForm):
         time = np.linspace(self._lift_off, self.end, 20_001)
         height = self._state(time).height
         top = int(np.argmax(height))
-        events.append((float(time[top]), f"highest point, {height[top] / 1e3:.1f} km"))
+        if top < len(time) - 1:
+            events.append((float(time[top]), f"highest point, {height[top] / 1e3:.1f} km"))
         if self._rocket.duration_s is None or self.end < self._rocket.duration_s:
             events.append((self.end, "back at the height of the pad"))
         return tuple(FlightEvent(t, text) for t, text in sorted(events) if t <= self.end)

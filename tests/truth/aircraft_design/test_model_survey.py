@@ -39,6 +39,8 @@ def test_the_models_of_the_package() -> None:
         ("ball", "its wings do not lift it: the greatest lift coefficient is 0.00"),
         ("L17", "it needs a simulator around it: the property fcs/flaps-pos-deg does not exist"),
         ("F450", "its wings do not lift it"),
+        ("ZLT-NT", "gas carries it"),
+        ("ah1s", "a rotor carries it"),
     ],
 )
 def test_models_of_the_package_that_cannot_fly(model: str, words: str) -> None:

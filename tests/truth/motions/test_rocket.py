@@ -205,6 +205,18 @@ def test_a_gravity_turn_is_that_of_the_equations_of_motion(turning: RocketFlight
     assert (climbs[2] - climbs[0]) / 0.2 == pytest.approx(by_hand, rel=2e-3)
 
 
+@pytest.mark.slow
+def test_a_launcher_reaches_an_orbit() -> None:
+    """Perigee and apogee of its Kepler orbit after the last separation, by energy and angular momentum."""
+    section = load_scenario("launch_to_orbit", ["rocket.sway_arcmin=0"]).rocket
+    assert section is not None
+    r, v = (of[0] for of in inertial(section.trajectory(), np.array([1100.0])))  # type: ignore[arg-type]
+    a = 1.0 / (2.0 / np.linalg.norm(r) - v @ v / oracle.GM)
+    e = np.sqrt(1.0 - np.sum(np.cross(r, v) ** 2) / (oracle.GM * a))
+    assert (a * (1.0 - e) - oracle.A) / 1e3 == pytest.approx(186.0, abs=2.0)
+    assert (a * (1.0 + e) - oracle.A) / 1e3 == pytest.approx(700.0, abs=3.0)
+
+
 def oracle_height(r: np.ndarray) -> float:
     """Return the height above the ellipsoid, m, by iteration of its normal."""
     p, z, e2 = np.hypot(r[0], r[1]), r[2], oracle.F * (2.0 - oracle.F)

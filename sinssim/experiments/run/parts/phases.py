@@ -20,6 +20,7 @@ from sinssim.experiments.run.summary_types import ErrorNumbers, Number
 from sinssim.simulation.navigation_stage import Navigated
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.strapdown.navigation_error import NavError
+from sinssim.truth.motions.balloon import BURST, LANDING, LAUNCH
 from sinssim.truth.motions.drop import RELEASED
 from sinssim.truth.motions.rocket import BURN_OUT, LIFT_OFF
 from sinssim.truth.sampling import FlightEvent
@@ -36,6 +37,12 @@ _OF_LEG = {
 }  # fmt: skip
 """Phase of a leg by its type; any other leg is flight."""
 _STILL = "standstill"
+_OF_EVENT = (
+    (RELEASED, "fall", "carried"), (LIFT_OFF, "powered flight", _STILL), (BURN_OUT, "free flight", _STILL),
+    (LAUNCH, "ascent", _STILL), (BURST, "descent", _STILL), (LANDING, _STILL, _STILL),
+)  # fmt: skip
+"""Beginnings of the texts of events of motions without legs (a release has some), the phase that begins with them, and
+that before the first of them."""
 
 _QUANTITIES = {
     "horizontal": ((0, 1), "horizontal_sigma_m", 1.0),
@@ -128,19 +135,19 @@ def phases_of(events: Iterable[FlightEvent], driven: bool = False) -> list[Phase
     """Return the phases of a motion by its legs, empty for a motion of a single kind.
 
     Neighbouring legs of one kind are one phase, and so is the flight to each named waypoint. A turn of a vehicle that
-    is driven is no flight. A fall after a release, and the flight after the last burn-out of a rocket, have no end.
+    is driven is no flight. Events of balloons, rockets and what is dropped begin phases that the next of them ends.
     """
     begun: dict[str, float] = {}
     phases: list[Phase] = []
     number = ""
     for event in events:
-        if event.text == RELEASED:
-            phases = [*(phases or [Phase("carried", 0.0, event.time)]), Phase("fall", event.time, np.inf)]
-        elif event.text == LIFT_OFF:
-            phases = [Phase(_STILL, 0.0, event.time), Phase("powered flight", event.time, np.inf)]
-        elif event.text.startswith(BURN_OUT):
-            powered = Phase("powered flight", phases[1].start, event.time)
-            phases = [phases[0], powered, Phase("free flight", event.time, np.inf)]
+        for text, name, before in _OF_EVENT:
+            if event.text.startswith(text) and (not begun or text == RELEASED):
+                phases = phases or [Phase(before, 0.0, event.time)]
+                if phases[-1].name == name:  # a later burn-out
+                    phases.pop()
+                phases[-1] = Phase(phases[-1].name, phases[-1].start, event.time)
+                phases.append(Phase(name, event.time, np.inf))
         match = _LEG.fullmatch(event.text)
         if match is None:
             place = _REACHED.fullmatch(event.text)

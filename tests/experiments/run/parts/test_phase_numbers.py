@@ -50,6 +50,31 @@ def test_neighbouring_legs_of_a_kind_are_one_phase() -> None:
     assert [p.name for p in phases_of(events(("stop", 5.0), ("turn", 5.0)), driven=True)] == ["standstill", "under way"]
 
 
+@pytest.mark.parametrize(
+    ("events", "phases"),
+    [
+        (
+            [(60.0, "lift-off"), (70.0, "burn-out of stage 1"), (74.0, "ignition of stage 2"),
+             (99.0, "burn-out of stage 2")],
+            [("standstill", 0.0, 60.0), ("powered flight", 60.0, 99.0), ("free flight", 99.0, np.inf)],
+        ),
+        (
+            [(30.0, "launch"), (600.0, "burst at 3.0 km"), (900.0, "landing")],
+            [("standstill", 0.0, 30.0), ("ascent", 30.0, 600.0), ("descent", 600.0, 900.0),
+             ("standstill", 900.0, np.inf)],
+        ),
+        (
+            [(0.0, "leg 1 (hold) begins"), (9.0, "leg 1 (hold) ends"), (9.0, "released from the carrier")],
+            [("flight", 0.0, 9.0), ("fall", 9.0, np.inf)],
+        ),
+        ([(9.0, "released from the carrier")], [("carried", 0.0, 9.0), ("fall", 9.0, np.inf)]),
+    ],
+)  # fmt: skip
+def test_events_of_motions_without_legs_begin_phases(events: Any, phases: Any) -> None:
+    found = phases_of([FlightEvent(time, text) for time, text in events])
+    assert [(phase.name, phase.start, phase.end) for phase in found] == phases
+
+
 def test_numbers_are_the_errors_at_the_ends_and_their_changes() -> None:
     time = np.arange(60.0, 300.0 + 0.05, 0.1)  # an alignment of 60 s
     zero = np.zeros(len(time))
