@@ -56,7 +56,7 @@ CASES = {
     "heading_error": [f"run heading_error {SHORT} -o run"],
     "spoofed": ["run spoofed -o run"],
     "sea_voyage": ["run sea_voyage -o run"],
-    "transfer_alignment": ["run transfer_alignment -o run"],
+    "bomb_drop": ["run bomb_drop -o run"],
     "in_flight_calibration": ["run in_flight_calibration -o run"],
     "align_in_motion": ["run align_in_motion -o run"],
     "gravity_disturbance": [f"run gravity_disturbance {SHORT} -o run"],

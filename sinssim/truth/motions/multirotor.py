@@ -293,17 +293,22 @@ class _Lag:
 
     @staticmethod
     def _spans(rows: Array, lifts: Array, calm: float, longest: float) -> Iterator[tuple[float, float]]:
-        """Yield begin and end of the pieces: none on the ground, and none long after a command."""
+        """Yield begin and end of the pieces: none on the ground, none long after a command, and there longer ones where
+        the commands change slowly."""
         for row in rows:
             begin, lasting, speed, change, bend = (float(row[k]) for k in (0, 1, 2, 3, 7))
             rising, falling = (lifts[lifts[:, 2] * sign > 0.0] for sign in (1.0, -1.0))
             if np.sum(rising[:, 0] <= begin) <= np.sum(falling[:, 1] <= begin):
                 continue
-            length = longest if not change else min(longest, 0.25 * lasting)
-            length = min(length, 0.5 / max(abs(bend) * max(speed, speed + change), 1e-9))
-            span = lasting if change or bend else min(lasting, calm)
-            edges = begin + span * np.linspace(0.0, 1.0, int(np.ceil(span / length)) + 1)
-            edges[-1] = begin + lasting if span == lasting else edges[-1]
+            smooth = 0.5 / max(abs(bend) * max(speed, speed + change), 1e-9)
+            smooth = min(smooth, 0.25 * lasting) if change else smooth
+            until = begin + min(lasting, calm)
+            edges = np.linspace(begin, until, int(np.ceil((until - begin) / min(smooth, longest))) + 1)
+            if lasting > calm and (change or bend):
+                end = begin + lasting
+                edges = np.append(edges, np.linspace(until, end, int(np.ceil((end - until) / smooth)) + 1)[1:])
+            if lasting <= calm or change or bend:
+                edges[-1] = begin + lasting  # as the next row begins
             yield from pairwise(edges.tolist())
 
     def at(self, t: Array) -> Array:

@@ -196,6 +196,19 @@ def test_rotors_lag_behind_the_legs_as_their_loop_allows(lag: float) -> None:
     np.testing.assert_allclose(off[1], 0.0, atol=1e-9)
 
 
+def test_on_a_long_arc_it_lags_as_the_response_to_a_rotating_command() -> None:
+    """Closed form with s = iκv, the tangent as real and the normal as imaginary axis."""
+    legs = (UP, {"type": "orbit", "angle_deg": 3600.0, "radius_m": 100.0}, {"type": "hover", "duration_s": 4000.0})
+    motion, time = multirotor(*legs).motion(), np.array([400.0])
+    (r, v, a), moved = (of[0] for of in motion.path(time)[:3]), motion.moves(time)[0][0]
+    off, c, lag, s = moved - r, 0.2, 0.15, 0.08j
+    command = 8.0 * s**2 + c * 8.0 * s  # r⃛ + c r̈
+    response = -lag * command / (lag * s**3 + (1.0 + c * lag) * s**2 + (c + np.sqrt(2.0)) * s + 1.0)
+    along, across = v / np.linalg.norm(v), a / np.linalg.norm(a)
+    np.testing.assert_allclose([off @ along, off @ across], [response.real, response.imag], atol=1e-12)
+    assert abs(response) > 0.01
+
+
 def test_it_keeps_its_height_above_the_ellipsoid() -> None:
     """25 km away the plane of the take-off is 50 m above the level."""
     section = multirotor(
