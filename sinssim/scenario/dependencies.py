@@ -235,6 +235,9 @@ DEPENDENCIES: Rules = (
     (lambda s: s.drop and (not s.source.travels or s.source.leaves_air),
      "[drop] needs a carrier that moves in the air, which [{s.source.table}] is not: use [flight] or [great_circle], "
      "or remove [drop]"),
+    (lambda s: s.drop and s.source.known_duration and s.drop.release_s > s.source.known_duration,
+     "drop.release_s = {s.drop.release_s:g} is after the motion of the carrier, [{s.source.table}], which lasts "
+     "{s.source.known_duration:g} s: release earlier, or let it move longer"),
     (lambda s: s.drop and s.flight and _not_still(s.flight),
      "flight.{it} moves or warms the air, but what [drop] releases falls through still standard air: remove one of the "
      "two"),

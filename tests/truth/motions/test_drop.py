@@ -17,7 +17,7 @@ from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.true_motion import fly
 from sinssim.truth.atmosphere import density
-from sinssim.truth.motions.drop import Released
+from sinssim.truth.motions.drop import Drop, Released
 from tests.oracles import integrator as oracle
 from tests.truth.motions import ecef
 
@@ -185,7 +185,7 @@ def test_a_run_ends_on_the_ground_and_the_master_stays_on_the_carrier() -> None:
     [
         (
             {"drop": {"release_s": 50.0}},
-            r"drop\.release_s = 50 is after the motion of the carrier, which ends after 40 s",
+            r"drop\.release_s = 50 is after the motion of the carrier, \[great_circle\], which lasts 40 s",
         ),
         ({"drop": {"ground_m": 2500.0}}, r"drop\.ground_m = 2500: at the release the carrier is at 2000 m"),
         ({"drop": {"diameter_m": 5.0, "mass_kg": 20.0}}, r"mass_kg = 20 is too light for a drag area of 2\.95 m²"),
@@ -217,3 +217,12 @@ def test_what_nothing_drops_is_refused(keys: dict[str, Any], words: str) -> None
 def test_what_the_carrier_of_a_bomb_does_not_do_is_refused(setting: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
         load_scenario("bomb_drop", [setting])
+
+
+def test_a_release_after_the_flight_is_refused() -> None:
+    """The duration of a flight is known when it has been flown: of a trajectory alone."""
+    carrier = Scenario.model_validate({"name": "d", "great_circle": CARRIER}).source.trajectory()  # type: ignore[union-attr]
+    with pytest.raises(
+        InputError, match=r"drop\.release_s = 41 is after the motion of the carrier, which ends after 40 s"
+    ):
+        Released(carrier, Drop(release_s=41.0), np.array([1.0, 0.0, 0.0, 0.0]))
