@@ -21,8 +21,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
-import sinssim.earth
-from sinssim import rotation
+from sinssim import earth, rotation
 from sinssim.data import Array, ImuData, NavState
 from sinssim.errors import InputError
 from sinssim.toml_section import Height, Moment, Section
@@ -156,13 +155,6 @@ class Released(BlockMotion):
         events.append(FlightEvent(self.end, f"impact with {speed:.0f} m/s, {angle:.0f}° below the horizon"))
         return [event for event in events if event.time <= self.end]
 
-    def _turned(self, vector: Array, time: Array) -> Array:
-        """Return vectors, (N, 3), in axes that have turned with the Earth for times, (N,) s."""
-        angle = self._spin[2] * time
-        c, s = np.cos(angle), np.sin(angle)
-        x, y, z = vector.T
-        return np.stack([c * x + s * y, c * y - s * x, z], axis=1)
-
     def _push(self, time: Array, within: Array | float) -> tuple[Array, Array]:
         """Return thrust, N, and mass, kg, at instants, (N,) s; whether the motor burns is that at `within`."""
         mass, motor = np.full(len(time), self._keys.mass_kg), self._keys.motor
@@ -177,7 +169,7 @@ class Released(BlockMotion):
         """Return position in inertial axes and specific force in the bomb's, (N, 3), and, side by side, the direction
         of the flow in its axes and the dynamic pressure, (N, 4); of solutions, (N, 13)."""
         r, v, q = self._origin + y[:, :3], y[:, 3:6], rotation.normalize(y[:, 6:10])
-        height = sinssim.earth.ecef_to_geodetic(r, self.ellipsoid)[2]  # which no turn about the axis changes
+        height = earth.ecef_to_geodetic(r, self.ellipsoid)[2]  # which no turn about the axis changes
         flow = rotation.rotate(rotation.conjugate(q), v + self._spin[2] * r[:, [1, 0, 2]] * [1.0, -1.0, 0.0])
         speed = np.sqrt(np.einsum("ij,ij->i", flow, flow))
         pressure = 0.5 * density(height) * speed**2
@@ -194,8 +186,8 @@ class Released(BlockMotion):
         keys, release = self._keys, self._keys.release_s
         at = self._carrier.state(np.array([release]))
         q_ei = rotation.quaternion_from_rotation_vector(self._spin * release)  # of inertial axes, seen as a turn
-        q_en = sinssim.earth.q_en(at.latitude, at.longitude)
-        r = sinssim.earth.geodetic_to_ecef(at.latitude, at.longitude, at.height, self.ellipsoid)
+        q_en = earth.q_en(at.latitude, at.longitude)
+        r = earth.geodetic_to_ecef(at.latitude, at.longitude, at.height, self.ellipsoid)
         r = rotation.rotate(q_ei, r)
         v = rotation.rotate(rotation.multiply(q_ei, q_en), at.velocity_ned) + np.cross(self._spin, r)
         q_ns = rotation.multiply(at.q_nb, rotation.conjugate(self._q_bs))
@@ -207,7 +199,7 @@ class Released(BlockMotion):
             row = y[None]
             place, force, flow = self._forces(np.array([t]), row, middle)
             q, omega = y[6:10], y[10:]
-            gravitation = sinssim.earth.gravitation_ecef(place, self.gravity, self.ellipsoid)
+            gravitation = earth.gravitation_ecef(place, self.gravity, self.ellipsoid)
             pull = gravitation[0] + rotation.rotate(rotation.normalize(q), force[0])
             swing = 2.0 * np.pi * keys.fins_hz * np.sqrt(flow[0, 3] / _FLOW)
             turning = swing**2 * np.array([0.0, -flow[0, 2], flow[0, 1]]) - 2.0 * keys.fins_damping * swing * omega
@@ -215,7 +207,7 @@ class Released(BlockMotion):
             return np.concatenate([y[3:6], pull, spin, turning])
 
         def ground(t: float, y: Array) -> float:
-            return float(sinssim.earth.ecef_to_geodetic(self._origin + y[:3], self.ellipsoid)[2]) - keys.ground_m
+            return float(earth.ecef_to_geodetic(self._origin + y[:3], self.ellipsoid)[2]) - keys.ground_m
 
         ground.terminal, ground.direction = True, -1.0  # type: ignore[attr-defined]
         first = [] if keys.motor is None else [release + keys.motor.ignition_s]
@@ -253,8 +245,8 @@ class Released(BlockMotion):
         at = time[~carried]
         half, none = -0.5 * self._spin[2] * at, np.zeros_like(at)
         q_eb = rotation.multiply(np.stack([np.cos(half), none, none, np.sin(half)], axis=1), q_ib)
-        velocity = self._turned(v - np.cross(self._spin, r), at)
-        fallen = block_state(self._turned(r, at), velocity, rotation.multiply(q_eb, self._q_bs), self.ellipsoid)
+        place, velocity = (earth.eci_to_ecef(of, at, self.ellipsoid) for of in (r, v - np.cross(self._spin, r)))
+        fallen = block_state(place, velocity, rotation.multiply(q_eb, self._q_bs), self.ellipsoid)
         before = self._carrier.state(time[carried])
         state = NavState(*(np.empty((len(time), *values.shape[1:])) for values in vars(fallen).values()))
         for name, values in vars(state).items():

@@ -287,7 +287,7 @@ class RocketFlight(ClosedForm):
         self._pad = sinssim.earth.geodetic_to_ecef(latitude, longitude, height, earth.figure)
         heading = rotation.quaternion_from_euler(0.0, 0.0, rocket.heading_deg * DEG)
         self._q_pad = rotation.multiply(sinssim.earth.q_en(latitude, longitude), heading)
-        self._origin = self._turned(self._pad[None], np.array([-self._lift_off]))[0]
+        self._origin = sinssim.earth.ecef_to_eci(self._pad, self._lift_off, earth.figure)
         self._area = rocket.drag_area
         # times, elevations and their changes of the parts of the program
         self._program = np.array([(0.0, rocket.elevation_deg), *rocket.program]) * [1.0, DEG]
@@ -296,7 +296,7 @@ class RocketFlight(ClosedForm):
         self._follow = None if turn is None else self._lift_off + turn
         up = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]])  # ahead, right and up of the pad
         self._basis = rotation.rotate(self._q_pad, up)
-        self._released = self._turned(self._basis, np.full(3, -self._lift_off - 0.5 * _RELEASE_S))
+        self._released = sinssim.earth.ecef_to_eci(self._basis, self._lift_off + 0.5 * _RELEASE_S, earth.figure)
         self.fastest = 2.0 * abs(rocket.spin_deg_s) * DEG + 10.0
         self._air: list[float] = []  # instants at which it leaves or enters the air
         self._pieces: list[tuple[float, Any]] = []  # beginning and solution
@@ -304,13 +304,6 @@ class RocketFlight(ClosedForm):
         self._begins = np.array([begin for begin, _ in self._pieces])
         self.breaks = np.unique([*self._corners(), *self._air])
         self.events = self._named_events()
-
-    def _turned(self, vector: Array, time: Array) -> Array:
-        """Return vectors, (N, 3), in axes that have turned with the Earth for times, (N,) s."""
-        angle = self._spin[2] * time
-        c, s = np.cos(angle), np.sin(angle)
-        x, y, z = vector.T
-        return np.stack([c * x + s * y, c * y - s * x, z], axis=1)
 
     def _corners(self) -> list[float]:
         """Return the instants at which thrust, mass or a derivative of the attitude jump."""
@@ -394,7 +387,7 @@ class RocketFlight(ClosedForm):
         elevation, azimuth, _, turned, *_ = self._directed(time, r, v)
         level = np.cos(elevation)
         of_pad = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)], axis=1)
-        return self._turned(of_pad @ self._basis, -turned)
+        return sinssim.earth.ecef_to_eci(of_pad @ self._basis, turned, self.ellipsoid)
 
     def _directed(self, time: Array, r: Array, v: Array, a: Array | None = None) -> tuple[Array, ...]:
         """Return elevation, azimuth, spin angle and the time τ with the Earth, and their rates, at positions,
@@ -457,8 +450,8 @@ class RocketFlight(ClosedForm):
         if flying.any():
             at = time[flying]
             there[flying], speed[flying] = self._motion(at)
-            r[flying] = self._turned(there[flying], at)
-            v[flying] = self._turned(speed[flying] - np.cross(self._spin, there[flying]), at)
+            for of, by in ((r, there[flying]), (v, speed[flying] - np.cross(self._spin, there[flying]))):
+                of[flying] = sinssim.earth.eci_to_ecef(by, at, self.ellipsoid)
         elevation, azimuth, roll, turned, *_ = self._directed(time, there, speed)
         half, none = 0.5 * self._spin[2] * (turned - time), np.zeros_like(time)
         back = np.stack([np.cos(half), none, none, np.sin(half)], axis=1)  # one on the pad
