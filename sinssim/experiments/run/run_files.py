@@ -23,7 +23,7 @@ from sinssim.experiments.run import run_recording as pictures
 from sinssim.experiments.run.error_exhibits import error_charts
 from sinssim.experiments.run.filter_summary import Moment, places_of
 from sinssim.experiments.run.motion_exhibits import motion_charts
-from sinssim.experiments.run.run_recording import PATHS, draw_coordinates, kind_of
+from sinssim.experiments.run.run_recording import PATHS, draw_coordinates, kind_of, shape_of
 from sinssim.experiments.run.run_streams import coordinate_streams, filter_streams
 from sinssim.experiments.run.sensor_exhibits import SensorComparison, comparison_charts, recorded_readings
 from sinssim.recording import streams, style
@@ -124,7 +124,7 @@ class RunWriter:
         self._streams.mkdir()
         self._events, self._planned, self._time = list(events), tuple(events), time
         self._track, self._recorded = some_rows(motion), scenario.log is not None
-        self._scene, kind = Scene.around(motion, ellipsoid), kind_of(scenario)
+        self._scene, kind, shape = Scene.around(motion, ellipsoid), kind_of(scenario), shape_of(scenario)
         self._run = RunInfo(
             scenario.name,
             float(time[0]),
@@ -149,7 +149,7 @@ class RunWriter:
         try:
             toml = f"```toml\n{scenario.to_toml()}\n```"
             self._draw(lambda: self._recording.document("about/scenario", toml))
-            self._draw(lambda: pictures.draw_flight(self._recording, time, motion, self._scene, events, kind))
+            self._draw(lambda: pictures.draw_flight(self._recording, time, motion, self._scene, events, kind, shape))
             self._draw(lambda: self._recording.events(self._planned))  # early: a browser shows what it has loaded
             self._angles = scenario.output.angles
             navigation_ellipsoid = ellipsoid_by_name(scenario.navigation.ellipsoid_over(ellipsoid.name))

@@ -6,7 +6,8 @@ for the 3D views.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +20,7 @@ from sinssim.recording.rerun.scene import Scene
 from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import RowNumbers, thinned
 from sinssim.recording.track_map import airports_about, coasts_about
+from sinssim.truth.flight.jsbsim_model import AIRLINER, Proportions, proportions
 from sinssim.truth.motions.balloon import BalloonMotion
 from sinssim.truth.motions.multirotor import MultirotorMotion
 from sinssim.truth.motions.walk import WalkMotion
@@ -77,6 +79,7 @@ def _shown(columns: tuple[str, ...], values: Array) -> tuple[list[str], str, flo
 
 _Ring = list[tuple[float, float, float]]
 _Surface = tuple[Array, NDArray[np.int64], Array]
+_Mesh = tuple[Array, NDArray[np.uint32], Array]
 
 PATHS = {
     "aircraft": "Flight path", "land": "Path of the car", "sea": "Path of the ship", "foot": "Path of the walker",
@@ -107,17 +110,23 @@ def kind_of(scenario: Scenario) -> str:
     return "sea" if scenario.voyage is not None else ""
 
 
-def vehicle_mesh(kind: str) -> tuple[Array, NDArray[np.uint32], Array]:
+def shape_of(scenario: Scenario) -> Proportions:
+    """Return the proportions of the aircraft of a scenario."""
+    return AIRLINER if scenario.flight is None else proportions(scenario.flight.aircraft)
+
+
+def vehicle_mesh(kind: str, shape: Proportions = AIRLINER) -> _Mesh:
     """Return a simple model of length 1 in body axes, its centre at the origin.
 
     Args:
         kind: a key of `PATHS`.
+        shape: proportions of an aircraft.
 
     Returns:
         Vertices (V, 3), triangles (T, 3), brightness of each vertex (V,), 0…1.
     """
-    surfaces = {
-        "aircraft": _aircraft,
+    makers: dict[str, Callable[[], list[_Surface]]] = {
+        "aircraft": partial(_aircraft, shape),
         "land": _car,
         "sea": _ship,
         "foot": _shoe,
@@ -127,7 +136,8 @@ def vehicle_mesh(kind: str) -> tuple[Array, NDArray[np.uint32], Array]:
         "multirotor": _multirotor,
         "balloon": _balloon,
         "": _block,
-    }[kind]()
+    }
+    surfaces = makers[kind]()
     first = np.cumsum([0, *(len(s[0]) for s in surfaces[:-1])])
     return (
         np.concatenate([vertices for vertices, _, _ in surfaces]),
@@ -136,16 +146,26 @@ def vehicle_mesh(kind: str) -> tuple[Array, NDArray[np.uint32], Array]:
     )
 
 
-def _aircraft() -> list[_Surface]:
+def _aircraft(shape: Proportions) -> list[_Surface]:
+    """Return fuselage, wing, tailplane and fin."""
     surfaces = [
         _loft([_circle(0.5, 0.004), _circle(0.46, 0.03), _circle(0.38, 0.05), _circle(-0.2, 0.05),
                _circle(-0.5, 0.012, -0.03)], 1.0),
-        _loft([_fin(-0.33, -0.47, -0.04, 0.008), _fin(-0.45, -0.51, -0.2, 0.003)], 0.75),
+        _loft([_fin(-0.33, -0.47, -0.04, 0.008), _fin(-0.45, -0.51, -0.04 - shape.fin, 0.003)], 0.75),
     ]  # fmt: skip
+    taper, half = (0.3, 0.5 * shape.span) if shape.tail_span else (0.05, 0.5 * shape.span)
+    root = 2.0 * shape.chord / (1.0 + taper)
+    back = root * (1.0 - taper) if not shape.tail_span else half * 0.5 if shape.swept else 0.3 * root
+    lead = 0.04 + 0.25 * shape.chord + 0.4 * back  # the quarter of the mean chord is near the centre of gravity
     for side in (1.0, -1.0):
-        wing = [_blade(0.14, -0.08, 0.03 * side, 0.02, 0.012), _blade(-0.08, -0.15, 0.48 * side, -0.02, 0.004)]
-        tail = [_blade(-0.36, -0.47, 0.01 * side, -0.03, 0.008), _blade(-0.44, -0.49, 0.18 * side, -0.04, 0.003)]
-        surfaces += [_loft(wing, 0.85), _loft(tail, 0.85)]
+        tip = lead - back
+        wing = [_blade(lead, lead - root, 0.03 * side, 0.02, 0.012),
+                _blade(tip, tip - taper * root, half * side, -0.02, 0.004)]  # fmt: skip
+        surfaces.append(_loft(wing, 0.85))
+        if shape.tail_span:
+            tail = [_blade(-0.36, -0.47, 0.01 * side, -0.03, 0.008),
+                    _blade(-0.44, -0.49, 0.5 * shape.tail_span * side, -0.04, 0.003)]  # fmt: skip
+            surfaces.append(_loft(tail, 0.85))
     return surfaces
 
 
@@ -288,6 +308,7 @@ def draw_flight(
     scene: Scene,
     events: Sequence[FlightEvent],
     kind: str = "",
+    shape: Proportions = AIRLINER,
 ) -> None:
     """Record the motion on the map, in the 3D scene and as an attitude.
 
@@ -295,6 +316,7 @@ def draw_flight(
         time: (N,) s.
         scene: the scene of the 3D view.
         kind: kind of vehicle, a key of `sinssim.experiments.run.run_recording.PATHS`.
+        shape: proportions of an aircraft.
     """
     import rerun as rr
 
@@ -334,9 +356,9 @@ def draw_flight(
         )
         recording.static("world/events", marks)
     q = scene.attitudes(lat, lon, q_nb)
-    _draw_vehicle(recording, "world/vehicle", t, points, q, scene.vehicle_length, kind)
-
-    _draw_attitude(recording, t, q_nb, kind)
+    mesh = vehicle_mesh(kind, shape)
+    _draw_vehicle(recording, "world/vehicle", t, points, q, scene.vehicle_length, mesh)
+    _draw_attitude(recording, t, q_nb, mesh)
 
 
 def draw_outages(recording: Recording, time: Array, truth: NavState, outages: Sequence[tuple[float, float]]) -> None:
@@ -356,14 +378,14 @@ def draw_outages(recording: Recording, time: Array, truth: NavState, outages: Se
         )
 
 
-def _draw_attitude(recording: Recording, t: Array, q_nb: Array, kind: str) -> None:
+def _draw_attitude(recording: Recording, t: Array, q_nb: Array, mesh: _Mesh) -> None:
     """Record the vehicle's attitude in the local level, with horizon and compass, below `attitude/`."""
     import rerun as rr
 
     grey = style.COLORS["ground"]
     swap = rotation.multiply(np.array([0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0]), q_nb)
     recording.static("attitude", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
-    _draw_vehicle(recording, "attitude/vehicle", t, np.zeros((len(t), 3)), swap, 1.0, kind)
+    _draw_vehicle(recording, "attitude/vehicle", t, np.zeros((len(t), 3)), swap, 1.0, mesh)
     ring = np.linspace(0.0, 2.0 * np.pi, 73)
     horizon = 0.75 * np.column_stack((np.cos(ring), np.sin(ring), np.zeros_like(ring)))
     recording.static("attitude/horizon", rr.LineStrips3D([horizon], radii=rr.Radius.ui_points(1.0), colors=grey))
@@ -372,19 +394,19 @@ def _draw_attitude(recording: Recording, t: Array, q_nb: Array, kind: str) -> No
 
 
 def _draw_vehicle(
-    recording: Recording, entity: str, time: Array, points: Array, q: Array, length: float, kind: str
+    recording: Recording, entity: str, time: Array, points: Array, q: Array, length: float, mesh: _Mesh
 ) -> None:
     """Record a moving vehicle: a mesh in body axes below a transform over time."""
     import rerun as rr
 
-    vertices, triangles, shades = vehicle_mesh(kind)
+    vertices, triangles, shades = mesh
     color = np.array(style.COLORS["vehicle"])
-    mesh = rr.Mesh3D(
+    drawn = rr.Mesh3D(
         vertex_positions=length * vertices,
         triangle_indices=triangles,
         vertex_colors=(shades[:, None] * color).astype(np.uint8),
     )
-    recording.static(entity, mesh)
+    recording.static(entity, drawn)
     recording.columns(entity, time, rr.Transform3D.columns(translation=points, quaternion=np.roll(q, -1, axis=1)))
 
 

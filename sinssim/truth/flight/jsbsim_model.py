@@ -6,6 +6,7 @@ import math
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from math import pi, tan
 from pathlib import Path
 from typing import Any
@@ -87,6 +88,54 @@ def model_folder(name: str, model: str) -> Path:
     raise InputError(
         f"{file}, key jsbsim_model: there is no model {model!r}, neither in a folder {model} with {model}.xml beside "
         f"this file nor among JSBSim's own models in {shipped}."
+    )
+
+
+@dataclass(frozen=True)
+class Proportions:
+    """Sizes of an aircraft over its length."""
+
+    span: float
+    chord: float  # mean, of the wing
+    tail_span: float  # of the tailplane; 0: there is none, and the wing is a delta
+    fin: float  # height of the fin above the fuselage
+    swept: bool  # whether jets without propellers drive it
+
+
+AIRLINER = Proportions(span=0.96, chord=0.14, tail_span=0.36, fin=0.16, swept=True)
+"""Proportions of an aircraft whose own are not known."""
+
+_SIZES = {"M": 1.0, "FT": FOOT, "IN": 0.0254, "M2": 1.0, "FT2": FOOT**2}
+_ASPECT_OF_TAIL, _ASPECT_OF_FIN = 4.0, 1.3  # usual aspect ratios, of which a model has none
+
+
+def proportions(name: str) -> Proportions:
+    """Return the proportions of an aircraft by the metrics of its model.
+
+    The length, which they lack, is that between the farthest places of the model, or twice the arm of the tail.
+    """
+    aircraft = load_aircraft(name)
+    root = _changed_model(model_folder(name, aircraft.jsbsim_model), aircraft)
+
+    def size(key: str) -> float:
+        element = root.find(f"metrics/{key}")
+        return 0.0 if element is None else float(element.text or 0.0) * _SIZES.get(element.get("unit", "FT"), FOOT)
+
+    places = [
+        float(place.findtext("x") or 0.0) * _SIZES.get(place.get("unit", "IN"), 0.0254)
+        for place in root.iter("location")
+    ]
+    span, area = size("wingspan"), size("wingarea")
+    if span <= 0.0 or area <= 0.0:
+        return AIRLINER
+    engines = {element.get("file", "") for element in root.iter("thruster")}
+    length = max(2.0 * size("htailarm"), max(places) - min(places), 0.3 * span)
+    return Proportions(
+        span=span / length,
+        chord=area / span / length,
+        tail_span=(_ASPECT_OF_TAIL * size("htailarea")) ** 0.5 / length,
+        fin=(_ASPECT_OF_FIN * size("vtailarea")) ** 0.5 / length,
+        swept=bool(engines) and all("direct" in engine.lower() for engine in engines),
     )
 
 

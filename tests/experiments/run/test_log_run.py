@@ -20,6 +20,7 @@ from sinssim.recording.rerun.views import RunInfo, load_view
 from sinssim.recording.style import gaps
 from sinssim.scenario import load_scenario
 from sinssim.sensors.sets.sensor_readings import Readings
+from sinssim.truth.flight.jsbsim_model import AIRLINER, proportions
 from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, suiting
 from tests.recording.rerun.test_views import views
 from tests.recording.spies import record
@@ -216,9 +217,11 @@ def test_the_map_leaves_out_what_drifts_away():
     assert str(shown.name) == "Map, without the inertial path of poisson"
 
 
-@pytest.mark.parametrize("kind", PATHS)
-def test_a_vehicle_is_closed_and_as_long_as_it_says(kind):
-    vertices, triangles, brightness = vehicle_mesh(kind)
+@pytest.mark.parametrize(
+    ("kind", "shape"), [*((kind, AIRLINER) for kind in PATHS), ("aircraft", proportions("Concorde"))]
+)
+def test_a_vehicle_is_closed_and_as_long_as_it_says(kind, shape):
+    vertices, triangles, brightness = vehicle_mesh(kind, shape)
     assert np.ptp(vertices[:, 0]) == pytest.approx(1.0, abs=0.02)
     assert triangles.max() < len(vertices) == len(brightness)
     np.testing.assert_allclose(vertices[:, 1].min(), -vertices[:, 1].max())
@@ -226,6 +229,21 @@ def test_a_vehicle_is_closed_and_as_long_as_it_says(kind):
     edges = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1)
     _, uses = np.unique(edges, axis=0, return_counts=True)
     assert set(uses) == {2}  # every edge belongs to two triangles: no holes
+
+
+def test_an_aircraft_has_the_proportions_of_its_model():
+    """The metrics of 737.xml, ft: span 94.7, wing 1171 ft², tailplane 348 ft² at an arm of 48.04, whose double is 96.1;
+    its wing as it is drawn has that span. A glider is wide and straight, Concorde has no tailplane."""
+    airliner = proportions("737")
+    assert airliner.span == pytest.approx(94.7 / 96.08, rel=1e-3)
+    assert airliner.chord == pytest.approx(1171.0 / 94.7 / 96.08, rel=1e-3)
+    assert airliner.tail_span == pytest.approx((4.0 * 348.0) ** 0.5 / 96.08, rel=1e-3)
+    vertices, _, _ = vehicle_mesh("aircraft", airliner)
+    assert np.ptp(vertices[:, 1]) == pytest.approx(airliner.span)
+    glider, delta = proportions("sgs233"), proportions("Concorde")
+    assert (glider.swept, airliner.swept) == (False, True)
+    assert glider.span / glider.chord == pytest.approx(51.0**2 / 219.48, rel=1e-3)
+    assert delta.tail_span == 0.0
 
 
 @pytest.mark.parametrize(

@@ -85,6 +85,7 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> Opened:
     )
     monkeypatch.setattr(run_files, "all_views", lambda run: dict(run.labels))
     monkeypatch.setattr(run_files, "kind_of", lambda scenario: "land")
+    monkeypatch.setattr(run_files, "shape_of", lambda scenario: "long")
     monkeypatch.setattr(run_files, "some_rows", lambda motion: motion)
     monkeypatch.setattr(run_files, "map_zoom", lambda motions: float(len(motions)))
     monkeypatch.setattr(run_files, "drifted", lambda track, solutions: [name for name in solutions if name == "euler"])
@@ -156,7 +157,7 @@ def test_the_beginning_of_a_run(tmp_path: Path, opened: Opened) -> None:
     assert of(opened, "document")[0] == ("document", "about/scenario", "```toml\nseed = 3\n```")
     (flight,) = of(opened, "draw_flight")
     assert flight[2] is TRUTH
-    assert flight[4:] == ((FlightEvent(51.0, "turns"),), "land")
+    assert flight[4:] == ((FlightEvent(51.0, "turns"),), "land", "long")
     (charts,) = of(opened, "motion_charts")
     assert charts[2:] == (TRUTH, (), "-90..270", 1)
     (outages,) = of(opened, "draw_outages")
