@@ -24,10 +24,11 @@ HEAD = """# JSBSim's models
 `sinssim aircraft add MODEL` makes an aircraft of {accepted} of {count} models in JSBSim's package. Each number is
 the largest of the acceptance flight: height and heading of straight and level flight, airspeed of climb and descent;
 margins are the least of pitch, roll and yaw at the trims. A glider holds no height.
+The airspeed of the approach is that with which it takes off from a runway and lands on it.
 `python aircraft/models.py` writes this page.
 
-| model | cruise, kt | margins, dB and ° | height, m | airspeed, kt | heading, ° |
-|---|---|---|---|---|---|
+| model | cruise, kt | margins, dB and ° | height, m | airspeed, kt | heading, ° | approach, kt |
+|---|---|---|---|---|---|---|
 """
 TAIL = """
 The others cannot be flown:
@@ -56,6 +57,8 @@ def _numbers(made: DesignedAircraft) -> dict[str, Any]:
         "gain_db": min(float(m.gain_db) for m in margins),
         "phase_deg": min(float(m.phase_deg) for m in margins),
         "height_m": max(leg["height_m"] or 0.0 for leg in legs if leg["kind"] == "hold"),
+        "approach_kt": made.aircraft.performance.approach_kt,
+        "on_ground": made.on_ground,
         "glider": made.aircraft.performance.glider,
         "airspeed_kt": max(leg["airspeed_kt"] for leg in legs if leg["kind"] in ("climb", "descend")),
         "heading_deg": max(leg["heading_deg"] for leg in legs if leg["kind"] == "hold"),
@@ -69,11 +72,15 @@ def page(results: list[dict[str, Any]]) -> str:
     text = HEAD.format(accepted=len(flown), count=len(results))
     for one in flown:
         gain = "–" if one["gain_db"] > 90.0 else f"{one['gain_db']:.0f}"
-        height = "–" if one.get("glider") else f"{one['height_m']:.1f}"
+        height = "–" if one["glider"] else f"{one['height_m']:.1f}"
+        approach = f"{one['approach_kt']:.0f}" if one["approach_kt"] else "–"
         text += (
             f"| {one['model']} | {one['cruise_kt']:.0f} | {gain}, {one['phase_deg']:.0f} | {height} | "
-            f"{one['airspeed_kt']:.1f} | {one['heading_deg']:.2f} |\n"
+            f"{one['airspeed_kt']:.1f} | {one['heading_deg']:.2f} | {approach} |\n"
         )
+    for one in flown:
+        if not one["approach_kt"]:
+            text += f"\n{one['model']}: {one['on_ground']}\n"
     text += TAIL
     for one in results:
         if "reason" in one:

@@ -136,7 +136,7 @@ def test_bad_override(tmp_path: Path, setting: str, said: str) -> None:
         ("latitude_deg = 51.0", "latitude_deg = 91.0", 0, "latitude_deg = 91.0 must be at most 90"),
         ("latitude_deg = 51.0", "latitude_deg = -90.5", 0, "latitude_deg = -90.5 must be at least -90"),
         # Names, with the nearest and the list.
-        ('"737"', '"738"', 0, "unknown aircraft '738'. Did you mean '737'? Known: 737"),
+        ('"737"', '"739"', 0, "unknown aircraft '739'. Did you mean '737'? Known: 737"),
         ('"turn"', '"trun"', 0, "flight.legs.2.type = 'trun' is not known. Did you mean 'turn'? Known: "),
         ('"turn"', '"trun"', 0, f"Known: {', '.join(REGISTRY)}."),
         ('on = "air"\n', "", -1, "flight.start lacks the key on; it must be one of: air, runway"),

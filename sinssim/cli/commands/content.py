@@ -282,8 +282,8 @@ def aircraft(
 
     `add` trims the model, measures its responses, designs the autopilot's gains, measures its envelope and flies an
     acceptance plan: climb, turns, lower and higher airspeed, descent, gust. It writes the folder of an aircraft that
-    flies it well, and says why another model cannot be flown. This takes up to ten minutes. `check` flies the plan
-    with an existing aircraft.
+    flies it well, with take-off and landing if it flies a circuit, and says why another model cannot be flown. This
+    takes up to ten minutes. `check` flies the plan with an existing aircraft.
 
     Examples:
 
@@ -341,7 +341,10 @@ def _add(model: str, folder: Path | None, out: Path, *, quiet: bool, as_json: bo
         made = design_apart(model, folder, report)
     write_aircraft(out, made.text, place if folder is not None else None)
     if as_json:
-        print_json({**acceptance_numbers(model, made.height, made.errors), "directory": str(out)})
+        print_json(
+            {**acceptance_numbers(model, made.height, made.errors), "on_ground": made.on_ground, "directory": str(out)}
+        )
     elif not quiet:
         show_items(acceptance_items(model, made.height, made.errors), console())
+        print(made.on_ground)
         print(f'Aircraft: {out / "aircraft.toml"}    (flight.aircraft = "{out.name}")')

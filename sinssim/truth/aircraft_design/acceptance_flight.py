@@ -8,6 +8,7 @@ climb, all three in level flight.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -16,8 +17,8 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.exhibits import Column, Item, Sentence, Table
-from sinssim.truth.flight.aircraft import Performance
-from sinssim.truth.flight.autopilot import INTERVAL
+from sinssim.truth.flight.aircraft import Aircraft, Performance
+from sinssim.truth.flight.autopilot import INTERVAL, G
 from sinssim.truth.flight.flight_log import CHANNELS, FlightRecord
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.jsbsim_simulation import fly_plan
@@ -27,6 +28,7 @@ _SETTLED = 15.0  # part of a hold that counts: its end, after the manoeuvre befo
 _HOLD = 30.0  # [s]
 _GUST = (0.0, 5.0, -3.0)  # to the east and up, m/s: a moderate gust
 _GUST_AT, _GUST_END = 10.0, 60.0  # [s]
+_DEGREE = 111e3  # a degree of latitude, nearly [m]
 _PATIENCE = 600.0  # a leg that takes longer is not flown [s]
 _ENGINES = len(CHANNELS)  # column of the first engine's thrust
 
@@ -73,6 +75,16 @@ class LegErrors:
         return f"{self.leg}: {', '.join(words)}" if words else ""
 
 
+HEIGHTS = (3000.0, 1500.0, 600.0)
+"""Heights of a design and of its acceptance flight, m: the first at which an aircraft flies."""
+
+
+def acceptance_height(aircraft: Aircraft) -> float:
+    """Return the height of the acceptance flight of an aircraft by its envelope, m."""
+    top = HEIGHTS[0] if aircraft.envelope is None else aircraft.envelope.height_m[-1]
+    return next((height for height in HEIGHTS if height <= top), 0.4 * top)
+
+
 def acceptance_plans(aircraft: str, performance: Performance, height: float) -> list[tuple[FlightPlan, list[str]]]:
     """Return the two flights of an aircraft at a height, m, with the name of each leg.
 
@@ -104,6 +116,40 @@ def acceptance_plans(aircraft: str, performance: Performance, height: float) -> 
         "wind": {"gusts": [gust]},
     }  # fmt: skip
     return [(FlightPlan.model_validate(plain), names), (FlightPlan.model_validate(windy), ["gust"])]
+
+
+def standing_height(record: FlightRecord) -> float:
+    """Return the height above the ellipsoid at the beginning of a flight from a runway at 0 m, m."""
+    from sinssim.earth.geodetic_coordinates import ecef_to_geodetic
+
+    return float(ecef_to_geodetic(np.frombuffer(record.poses)[None, :3] * FOOT)[2][0])
+
+
+_FINAL, _SETTLING_IN = 6_000.0, 50.0  # glide path of the circuit [m], and the time before it [s]
+_CIRCUIT = 300.0  # height of the circuit above the runway [m]
+
+
+def circuit_plan(aircraft: str, performance: Performance, runway_m: float) -> FlightPlan:
+    """Return a flight from a runway of a length, m, and, if there is an airspeed of the approach, back to it.
+
+    The turn onto the approach begins beside the centreline by the diameter of its half circle.
+    """
+    speed = performance.initial_climb_kt * KNOT
+    diameter = 2.0 * speed**2 / (G * math.tan(performance.bank_deg * DEG))
+    north, east = -(_FINAL + _SETTLING_IN * speed) / _DEGREE, diameter / (_DEGREE * math.cos(45.0 * DEG))
+    legs: list[dict[str, Any]] = [{"type": "take_off", "height_m": _CIRCUIT, "runway_m": runway_m}]
+    if performance.approach_kt is not None:
+        abeam = {"latitude_deg": 45.0 + north, "longitude_deg": east, "capture_radius_m": 500.0}
+        runway = {"latitude_deg": 45.0, "longitude_deg": 0.0, "altitude_m": 0.0, "heading_deg": 0.0,
+                  "length_m": runway_m}  # fmt: skip
+        legs += [
+            {"type": "turn", "angle_deg": 180.0, "direction": "right"}, {"type": "waypoint", **abeam},
+            {"type": "turn", "heading_deg": 0.0, "direction": "right"}, {"type": "land", **runway},
+        ]  # fmt: skip
+    for leg in legs:
+        leg["timeout_s"] = 3.0 * _PATIENCE
+    start = {"on": "runway", "latitude_deg": 45.0, "longitude_deg": 0.0}
+    return FlightPlan.model_validate({"aircraft": aircraft, "start": start, "legs": legs})
 
 
 def fly_acceptance(aircraft: str, performance: Performance, height: float) -> tuple[LegErrors, ...]:

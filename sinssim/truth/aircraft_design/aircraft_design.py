@@ -7,11 +7,18 @@ import shutil
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 
 from sinssim.errors import InputError
 from sinssim.system.files import Draft
-from sinssim.truth.aircraft_design.acceptance_flight import LegErrors, fly_acceptance
+from sinssim.truth.aircraft_design.acceptance_flight import (
+    HEIGHTS,
+    LegErrors,
+    circuit_plan,
+    fly_acceptance,
+    standing_height,
+)
 from sinssim.truth.aircraft_design.aircraft_file import aircraft_text
 from sinssim.truth.aircraft_design.linear_model import LATERAL, VERTICAL, FlownResponses, LinearModel
 from sinssim.truth.aircraft_design.loop_design import DesignPoint, LoopDesign, design_loops, engine_response
@@ -19,8 +26,11 @@ from sinssim.truth.aircraft_design.model_survey import Survey, engine_words, fin
 from sinssim.truth.aircraft_design.trimmed_envelope import TrimmedModel, glide_envelope, quick_envelope
 from sinssim.truth.atmosphere import Air
 from sinssim.truth.flight.aircraft import Aircraft, AutopilotGains, Envelope, Performance, climb_rate, descent_rate
+from sinssim.truth.flight.flight_log import FlightRecord
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.jsbsim_model import quiet
+from sinssim.truth.flight.jsbsim_simulation import fly_plan
+from sinssim.truth.flight.leg import not_attained
 from sinssim.truth.motion import AT_REFERENCE_POINT
 from sinssim.units import KNOT
 
@@ -29,7 +39,6 @@ Report = Callable[[str, float], None]
 
 LONGEST = 600.0
 """Time that a design may take, s."""
-_HEIGHTS = (3000.0, 1500.0, 600.0)  # of the design, the first that has a range of airspeeds [m]
 _FACTORS = (1.15, 1.25, 1.4, 1.6, 1.8, 2.0, 2.3, 2.7, 3.2, 4.0)  # airspeeds that are tried, over the stall's
 _RANGE = 1.15  # least ratio of the fastest to the slowest level flight
 _RESPONSES = ((LATERAL, 10.0), (VERTICAL, 12.0))  # and their time [s]: two short periods of a slow aircraft
@@ -39,6 +48,11 @@ _PACES = (1.0, 0.6, 0.35)  # of the loops, over the fastest with the margins: wh
 _STEEPEST = 30.0  # climb and descent that are looked for before the thrust is known, degrees
 _ENVELOPE_TIME = 60.0  # [s]
 _TRIMS_PER_POINT = 12  # of the envelope: a climb and a descent at a height and airspeed, and a share of the ends
+_APPROACHES = (1.3, 1.45, 1.6, 1.8)  # airspeeds of the approach over the stall's that are flown, from CS-25.125's on
+_BRAKES = (0.3, 0.6, 1.0)  # settings of the brakes that are flown
+_RUNWAYS = (3000.0, 5000.0)  # lengths of the runway: the usual one, and the longest there are [m]
+_RUNS = (4.0, 2.5)  # accelerations of the take-off run: with reheat, it climbs faster than it can level off [m/s²]
+_CLIMB_SHARE = 0.7  # of the rate of climb at cruise that is left in the initial climb
 _SLOWEST = 40.0  # airspeed that a leg accepts [kt]
 _HIGHEST = 18_000.0  # of the envelope: above, the air of the design is another [m]
 
@@ -54,6 +68,7 @@ class DesignedAircraft:
     design: LoopDesign
     height: float  # of the design and the acceptance flight, m
     errors: tuple[LegErrors, ...]  # of the acceptance flight
+    on_ground: str  # sentence on its take-off and landing
     seconds: float  # processor time of the design
 
 
@@ -78,7 +93,10 @@ def design_aircraft(model: str, folder: Path | None, report: Report) -> Designed
         report("surveying the model", 0.0)
         facts = survey(place)
         with Draft() as draft:
-            made = _Design(place, facts, draft.path / model, report, copied=folder is not None).make()
+            making = _Design(place, facts, draft.path / model, report, copied=folder is not None)
+            design, height, errors = making.make()
+            on_ground = making.from_the_runway(design.thrust)
+            aircraft = making.aircraft
     except InputError as error:
         raise RefusedError(f"the model {model} cannot be flown: {str(error).rstrip('.')}.") from error
     except (KeyError, AttributeError) as error:  # of JSBSim's properties
@@ -87,10 +105,9 @@ def design_aircraft(model: str, folder: Path | None, report: Report) -> Designed
         ) from error
     except (ArithmeticError, ValueError) as error:
         raise RefusedError(f"the model {model} cannot be flown: it diverges ({error}).") from error
-    aircraft, design, height, errors = made
-    text = aircraft_text(aircraft, facts, design, height, errors)
+    text = aircraft_text(aircraft, facts, design, height, errors, on_ground)
     return DesignedAircraft(
-        model, aircraft, text, facts, design, height, errors, time.process_time() - begun
+        model, aircraft, text, facts, design, height, errors, on_ground, time.process_time() - begun
     )  # fmt: skip
 
 
@@ -103,7 +120,7 @@ class _Design:
         folder.mkdir()
         if copied:
             shutil.copytree(place, folder / place.name)
-        self._aircraft = Aircraft(
+        self.aircraft = Aircraft(
             description=f"{facts.title}, {facts.mass_kg / 1e3:.3g} t, {engine_words(len(facts.engines))}",
             jsbsim_model=place.name,
             model_changes=facts.model_changes,
@@ -112,8 +129,8 @@ class _Design:
             autopilot=_first_gains(facts),
         )
 
-    def make(self) -> tuple[Aircraft, LoopDesign, float, tuple[LegErrors, ...]]:
-        """Return the aircraft, its design, the height of its design and the errors of its flight."""
+    def make(self) -> tuple[LoopDesign, float, tuple[LegErrors, ...]]:
+        """Return the design of the aircraft, the height of its design and the errors of its flight."""
         height, speeds = self._level_flight()
         slow, fast = speeds[0], speeds[-1]
         if self._facts.engines:
@@ -123,7 +140,7 @@ class _Design:
         if 0.9 * fast < _SLOWEST:
             raise InputError(f"it flies at {fast:.0f} kt at most, too slowly for legs of {_SLOWEST:.0f} kt and more")
         cruise = cruise if cruise < fast else _rounded(0.5 * (slow + fast))
-        self._change(performance=self._aircraft.performance.model_copy(update={"cruise_kt": cruise}))
+        self._change(performance=self.aircraft.performance.model_copy(update={"cruise_kt": cruise}))
         points = design_points(
             str(self._folder), height, cruise, max(slow, _SLOWEST), fast,
             lambda text, part: self._report(text, 0.12 + 0.33 * part),
@@ -137,7 +154,7 @@ class _Design:
         refusals = list[InputError]()
         for number, pace in enumerate(_PACES):
             try:
-                climb = max(self._aircraft.performance.climb_mps, self._aircraft.performance.descent_mps)
+                climb = max(self.aircraft.performance.climb_mps, self.aircraft.performance.descent_mps)
                 design = design_loops(points, climb, pace=pace)
                 self._change(autopilot=design.gains)
                 self._report("flying the acceptance plan", 0.8 + 0.06 * number)
@@ -145,13 +162,66 @@ class _Design:
             except InputError as error:
                 refusals.append(error)
                 continue
-            return self._aircraft, design, height, errors
+            return design, height, errors
         raise refusals[0]
+
+    def from_the_runway(self, thrust: float) -> str:
+        """Find the airspeeds with which it takes off and lands, by flying a circuit; return a sentence on both.
+
+        `thrust` is the acceleration by the whole travel of the throttle, m/s².
+        """
+        self._report("flying a circuit", 0.95)
+        known = self.aircraft.performance
+        if known.glider:
+            return "A glider starts in the air."
+        known = known.model_copy(update={"initial_climb_kt": self._initial_climb(known)})
+        refusals, standing = list[InputError](), None
+        for run in _RUNS:
+            tried = known.model_copy(update={"takeoff_throttle": _rounded(min(1.0, run / thrust))})
+            try:
+                record = self._circuit(tried, _RUNWAYS[-1])
+            except InputError as error:
+                refusals.append(error)
+                continue
+            flown, standing = tried, round(standing_height(record), 2)
+            if not not_attained(record.events):
+                break
+        if standing is None:
+            self._change(performance=known.model_copy(update={"takes_off": False}))
+            return f"It does not take off: {_reason(refusals[0])}."
+        flown, refusals = flown.model_copy(update={"standing_height_m": standing}), []
+        for runway, factor, brakes in product(_RUNWAYS, _APPROACHES, _BRAKES):
+            approach = _rounded(factor * self._facts.stall_kt)
+            try:
+                self._circuit(flown.model_copy(update={"approach_kt": approach, "braking": brakes}), runway)
+            except InputError as error:
+                refusals.append(error)
+            else:
+                approach_words = f"its approach is at {factor:g} of the stall's airspeed"
+                return f"It takes off and lands in calm air on {runway:.0f} m; {approach_words}."
+        self._change(performance=flown)
+        return f"It takes off, but does not land: {_reason(refusals[0])}."
+
+    def _circuit(self, performance: Performance, runway: float) -> FlightRecord:
+        """Fly a circuit from a runway of a length, m, with a performance, which the aircraft then has."""
+        self._change(performance=performance)
+        try:
+            return fly_plan(circuit_plan(str(self._folder), performance, runway))
+        except (ArithmeticError, ValueError) as error:
+            raise InputError(f"the model diverges ({error})") from error
+
+    def _initial_climb(self, known: Performance) -> float:
+        """Return the slowest airspeed, at least 1.4 of the stall's, that leaves a share of the climb at cruise."""
+        envelope, slow, cruise = self.aircraft.envelope, 1.4 * self._facts.stall_kt, known.cruise_kt
+        assert envelope is not None
+        enough = _CLIMB_SHARE * climb_rate(envelope, 0.0, cruise)
+        tried = (slow + (cruise - slow) * part / 20.0 for part in range(20))
+        return _rounded(next((speed for speed in tried if climb_rate(envelope, 0.0, speed) >= enough), cruise))
 
     def _acceptance(self, height: float) -> tuple[LegErrors, ...]:
         """Return the errors of the acceptance flight; raise if it fails or does not hold the limits."""
         try:
-            errors = fly_acceptance(str(self._folder), self._aircraft.performance, height)
+            errors = fly_acceptance(str(self._folder), self.aircraft.performance, height)
         except InputError as error:
             raise InputError(f"the acceptance flight fails: {_plainly(str(error), self._folder)}") from error
         if excess := [words for leg_errors in errors if (words := leg_errors.excess())]:
@@ -160,15 +230,15 @@ class _Design:
 
     def _change(self, **new: object) -> None:
         """Change the aircraft and its file."""
-        self._aircraft = self._aircraft.model_copy(update=new)
-        (self._folder / "aircraft.toml").write_text(aircraft_text(self._aircraft), encoding="utf-8")
+        self.aircraft = self.aircraft.model_copy(update=new)
+        (self._folder / "aircraft.toml").write_text(aircraft_text(self.aircraft), encoding="utf-8")
 
     def _level_flight(self) -> tuple[float, list[float]]:
         """Return the height of the design and the airspeeds of level flight there, kt."""
         self._change()
         tried = [round(factor * self._facts.stall_kt, 1) for factor in _FACTORS]
         with TrimmedModel(str(self._folder), _STEEPEST) as model:
-            for number, height in enumerate(_HEIGHTS):
+            for number, height in enumerate(HEIGHTS):
                 self._report(f"trimming at {height:.0f} m", 0.02 + 0.03 * number)
                 begun = time.process_time()
                 flown = [speed for speed in tried if model.flies(height, speed, 0.0)]
@@ -178,14 +248,14 @@ class _Design:
             if not self._facts.engines:
                 raise InputError(
                     f"it has no engine, and no steady glide between {tried[0]:.0f} and {tried[-1]:.0f} kt at heights "
-                    f"of {_HEIGHTS[-1]:.0f} to {_HEIGHTS[0]:.0f} m"
+                    f"of {HEIGHTS[-1]:.0f} to {HEIGHTS[0]:.0f} m"
                 )
-            thrust = max(0.0, model.full_thrust(_HEIGHTS[-1], tried[len(tried) // 2]))  # 0 of no number, too
+            thrust = max(0.0, model.full_thrust(HEIGHTS[-1], tried[len(tried) // 2]))  # 0 of no number, too
         if thrust < _LEAST_THRUST:
             raise InputError(f"its engines give only {100.0 * thrust:.1f} % of its weight as thrust at full throttle")
         raise InputError(
             f"JSBSim trims no level flight between {tried[0]:.0f} and {tried[-1]:.0f} kt at heights of "
-            f"{_HEIGHTS[-1]:.0f} to {_HEIGHTS[0]:.0f} m with its engines running"
+            f"{HEIGHTS[-1]:.0f} to {HEIGHTS[0]:.0f} m with its engines running"
         )
 
     def _best_glide(self, height: float, speeds: list[float]) -> float:
@@ -214,7 +284,7 @@ class _Design:
 
     def _performance(self, height: float) -> Performance:
         """Return usual speeds, rates and limits by the envelope: shares of the largest that leave room for control."""
-        known, envelope = self._aircraft.performance, self._aircraft.envelope
+        known, envelope = self.aircraft.performance, self.aircraft.envelope
         assert envelope is not None
         cruise = known.cruise_kt
         climb, descent = climb_rate(envelope, height, cruise), descent_rate(envelope, height, cruise)
@@ -299,6 +369,11 @@ def _steepest(point: DesignPoint) -> float:
     return min(60.0, 1.5 * math.degrees(math.asin(share)) + 5.0)
 
 
+def _reason(error: InputError) -> str:
+    """Return why a leg failed, without the state of the aircraft."""
+    return str(error).split(" of the flight: ")[-1].split(". The ")[0].rstrip(".")
+
+
 def _rounded(value: float, digits: int = 3) -> float:
     return float(f"{value:.{digits}g}")
 
@@ -320,6 +395,7 @@ def _first_performance(facts: Survey) -> Performance:
         climb_mps=2.0,
         descent_mps=2.0,
         acceleration_mps2=0.3,
+        takes_off=bool(facts.engines),
         takeoff_kt=_rounded(1.15 * facts.stall_kt),
         takeoff_pitch_deg=8.0,
         initial_climb_kt=_rounded(1.4 * facts.stall_kt),

@@ -20,22 +20,22 @@ _RULES = {
     "airspeed_scheduled": "by the growth of the responses with airspeed",
     "roll_rate_max_deg_s": "a fifth of full aileron, 4 to 30",
     "roll_acceleration_max_deg_s2": "the rate over two lags of the roll",
-    "bank_rate": "half of bank_gain",
+    "bank_rate": "three quarters of bank_gain, at most 1.2",
     "bank_gain": "half of the crossover of the roll loop, 0.5 to 2",
     "roll_feedforward": "share of the inverse of the response at 1 rad/s with the least cost",
     "roll_gain": "the largest with the margins",
     "roll_integral": "corner of 2 rad/s, or the inverse of the roll's lag",
-    "heading_time_s": "4.5 time constants of the bank",
-    "height_rate": "a quarter of path_gain: damping 1",
+    "heading_time_s": "damping 0.9 over the bank; at least 0.65 of the time to roll out of 25°; with the margins",
+    "height_rate": "path_gain over 3.24: damping 0.9; less if the fastest usual climb needs a longer way to level off",
     "path_gain": "half of the inverse of its lags: 60° of phase",
     "vertical_acceleration_mps2": "1.2 height_rate times the fastest usual climb, 0.7 to 3",
-    "load_time_s": "1.2 over the crossover of the pitch loop, 0.6 to 1.5",
+    "load_time_s": "1.2 over the bandwidth of the pitch rate, 0.35 to 1.5",
     "lift_time_s": "measured: change of the path over angle of attack",
     "pitch_feedforward": "share of the inverse of the response at 1 rad/s with the least cost",
     "pitch_gain": "the largest with the margins",
     "pitch_integral": "corner of 2 rad/s",
     "speed_gain": "pole placement: damping 0.9",
-    "speed_integral": "0.003: 1 m/s moves the throttle by a tenth in half a minute; less with a slow engine",
+    "speed_integral": "0.016: 1 m/s moves the throttle by a tenth in six seconds; less with a slow engine",
     "climb_throttle": "gravity over the acceleration by full throttle",
     "throttle_rate": "0.4/s over the lag of the engines, 0.1 to 0.3",
     "yaw_feedforward": "rudder of the steady turn without sideslip",
@@ -57,6 +57,7 @@ def aircraft_text(
     design: LoopDesign | None = None,
     height: float = 0.0,
     errors: Iterable[LegErrors] = (),
+    on_ground: str = "",
 ) -> str:
     """Return the contents of an aircraft.toml.
 
@@ -66,6 +67,7 @@ def aircraft_text(
         design: the design of its gains.
         height: of the design, m.
         errors: of the acceptance flight.
+        on_ground: sentence on its take-off and landing.
     """
     data = aircraft.model_dump(exclude_none=True)
     lines = [f"{key} = {_value(data[key])}" for key in ("description", "jsbsim_model")]
@@ -87,8 +89,7 @@ def aircraft_text(
         cruise = "is the best glide" if aircraft.performance.glider else "and rates are shares of the envelope"
         lines += [
             f"# Cruise {cruise}, the stall is 0.9 of the angle of greatest lift.",
-            "# The acceptance flight begins in the air: the keys of the ground follow from the stall's airspeed of "
-            f"{facts.stall_kt:.0f} kt and are not flown.",
+            f"# The stall's airspeed is {facts.stall_kt:.0f} kt. {on_ground}",
         ]
     lines += _table(data["performance"])
     lines += ["", "[autopilot]"]

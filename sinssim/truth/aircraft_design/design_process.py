@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 from sinssim.errors import InputError, RunError
-from sinssim.truth.aircraft_design.acceptance_flight import LegErrors, fly_acceptance
+from sinssim.truth.aircraft_design.acceptance_flight import LegErrors, acceptance_height, fly_acceptance
 from sinssim.truth.aircraft_design.aircraft_design import (
     LONGEST,
     DesignedAircraft,
@@ -78,9 +78,7 @@ def serve_acceptance() -> None:
         name = message()
         _silence()
         aircraft = load_aircraft(name)
-        envelope = aircraft.envelope
-        top = 3000.0 if envelope is None else envelope.height_m[-1]
-        height = min(3000.0, top if aircraft.performance.glider else 0.4 * top)
+        height = acceptance_height(aircraft)
         answer("flown", (height, fly_acceptance(name, aircraft.performance, height)))
 
 

@@ -31,7 +31,12 @@ _LADDER = np.geomspace(0.002, 8.0, 70)  # gains that are tried, steps of 1 dB
 _EARLY = 0.4  # of a response that is still that of the rate alone [s]
 _HORIZON = 8.0  # of a simulated response [s]; the models are of 12 s
 _SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the inverse of the plant, as feedforward
-_SPEED_INTEGRAL, _DAMPING = 0.003, 0.9  # of the airspeed: 1 m/s moves the throttle by a tenth in half a minute
+_SPEED_INTEGRAL = 0.016  # of the airspeed: 1 m/s moves the throttle by a tenth in six seconds
+_DAMPING = 0.9  # of the outer loops
+_APART = 4.0 * _DAMPING**2  # time constant of an outer loop over that of the loop inside, for this damping
+_BANK = 25.0  # of a usual turn, from which the heading's loop rolls out [°]
+_SLOWEST_HEADING = 20.0  # largest time constant of the heading [s]
+_LOAD_LAG = 0.35  # least lag of the load factor's reference [s]
 _LEVELLING = (0.7, 3.0)  # range of the vertical acceleration, m/s²: 0.07 g that passengers notice, 0.3 g
 
 
@@ -91,6 +96,13 @@ class _Scheduled:
         loop: Array = -self.feedback * (gain + integral * _INTEGRAL) * self.g_vertical[:, 0, 0]
         return loop
 
+    def bandwidth(self, gain: float, integral: float, feedforward: float) -> float:
+        """Return the highest frequency at which the pitch rate follows what is wanted within −3 dB, rad/s; slowly, as
+        in a phugoid, it follows nothing."""
+        loop = self.pitch(gain, integral)
+        follows = np.abs((loop - self.ratio * feedforward * self.g_vertical[:, 0, 0]) / (1.0 + loop)) >= math.sqrt(0.5)
+        return float(OMEGA[np.flatnonzero(follows)[-1]]) if follows.any() else float(OMEGA[0])
+
     def lateral_loops(self, k: _Lateral) -> tuple[Array, Array]:
         """Return the loops broken at the aileron and at the rudder, the other one closed."""
         aileron, rudder = self.g_lateral[:, :, 0], self.g_lateral[:, :, 1]
@@ -108,6 +120,33 @@ class _Scheduled:
         crossed = loop(to_aileron, rudder) * loop(to_rudder, aileron)
         own_aileron, own_rudder = loop(to_aileron, aileron), loop(to_rudder, rudder)
         return own_aileron - crossed / (1.0 + own_rudder), own_rudder - crossed / (1.0 + own_aileron)
+
+    def heading(self, k: _Lateral, bank_rate: float, feedforward: float) -> Array:
+        """Return the loop broken at the heading's error, times the time constant of the heading: bank reference, closed
+        lateral loops, yaw rate."""
+        aileron, rudder = self.g_lateral[:, :, 0], self.g_lateral[:, :, 1]
+        s = 1.0 / _INTEGRAL
+        rate = self.feedback * k.roll_gain + k.roll_integral * _INTEGRAL
+        roll, bank = rate, k.bank_gain * rate
+        to_yaw = self.feedback * k.yaw_gain
+        turn = (to_yaw + k.yaw_feedforward) * G / self.trim.tas
+        slip = self.feedback * (k.sideslip_gain + k.sideslip_integral * _INTEGRAL)
+
+        def of_aileron(y: Array) -> Array:
+            command: Array = roll * y[:, 0] + bank * y[:, 1]
+            return command
+
+        def of_rudder(y: Array) -> Array:
+            command: Array = turn * y[:, 1] - to_yaw * y[:, 2] + slip * y[:, 3]
+            return command
+
+        # aileron = wanted − its loops, rudder = −its loops, for a unit of the bank's reference
+        wanted = self.ratio * feedforward * s + rate * (s + k.bank_gain)
+        share = of_rudder(aileron) / (1.0 + of_rudder(rudder))
+        moved = wanted / (1.0 + of_aileron(aileron) - of_aileron(rudder) * share)
+        yaw_rate = moved * (aileron[:, 2] - rudder[:, 2] * share)
+        loop: Array = self.trim.tas / G * bank_rate / (s + bank_rate) * yaw_rate / s
+        return loop
 
 
 @dataclass(frozen=True)
@@ -152,33 +191,41 @@ def design_loops(
         places, lambda at, k: [at.pitch(k, _CORNER * k)], pace * _PITCH_CROSSOVER, "elevator", _settles_q
     )
     pitch_integral = _CORNER * pitch_gain
-    crossover = margins(places[0].pitch(pitch_gain, pitch_integral)).crossover
     pitch_feedforward = _pitch_feedforward(places[0], pitch_gain, pitch_integral)
+    bandwidth = places[0].bandwidth(pitch_gain, pitch_integral, pitch_feedforward)
     lateral, roll_lag, roll_feedforward = _lateral(places, pace)
-    bank_rate = min(1.2, 0.5 * lateral.bank_gain)
+    bank_rate = min(1.2, 0.75 * lateral.bank_gain)
     roll_rate = math.degrees(_full_roll_rate(places[0])) / 5.0  # a fifth of what full aileron gives
     roll_rate = min(30.0, max(4.0, roll_rate))
     lag = lift_lag(points[0].vertical, points[0].trim)
     at_reference = min(3.0, lag * reference / points[0].trim.tas)
-    load_time = min(1.5, max(0.6, 1.2 / max(crossover, 1e-3)))
-    path_gain = min(0.7, 0.5 * pace / (load_time + 1.0 / max(crossover, 0.5)))  # 60° of phase with both lags
+    load_time = min(1.5, max(_LOAD_LAG, 1.2 / bandwidth))
+    path_gain = min(0.9, 0.5 * pace / (load_time + 1.0 / bandwidth))  # 60° of phase with both lags
+    acceleration = roll_rate / max(0.7, 2.0 * roll_lag)
+    # half of the time to roll out of a turn, during which the heading still changes, and a third more
+    heading_time = max(_APART / bank_rate, 1.3 * 0.5 * (_BANK / roll_rate + roll_rate / acceleration))
+    courses = [at.heading(lateral, bank_rate, roll_feedforward) for at in places]
+    while heading_time < _SLOWEST_HEADING and not all(_enough(margins(loop / heading_time)) for loop in courses):
+        heading_time *= 1.05
     engine_lag, thrust = engine_response(points[0].vertical) or (1.0 / path_gain, G)
+    # at most so steep that the fastest climb levels off within the largest acceleration: v/k over v²/(2 a), with 10 %
+    height_rate = min(path_gain / _APART, 2.0 * _LEVELLING[1] / (1.1 * climb))
     natural = pace * min(math.sqrt(_SPEED_INTEGRAL * thrust), 0.3 / max(engine_lag, 1e-3))
     gains = AutopilotGains(
         reference_kt=_rounded(reference / KNOT, 4),
         airspeed_scheduled=scheduled,
         roll_rate_max_deg_s=_rounded(roll_rate),
-        roll_acceleration_max_deg_s2=_rounded(roll_rate / max(0.7, 2.0 * roll_lag)),
+        roll_acceleration_max_deg_s2=_rounded(acceleration),
         bank_rate=_rounded(bank_rate),
         bank_gain=_rounded(lateral.bank_gain),
         roll_feedforward=_rounded(roll_feedforward),
         roll_gain=_rounded(lateral.roll_gain),
         roll_integral=_rounded(lateral.roll_integral),
-        heading_time_s=_rounded(4.5 / bank_rate),  # ζ = 1 needs four times the bank's time constant
-        height_rate=_rounded(path_gain / 4.0),
+        heading_time_s=_rounded(heading_time),
+        height_rate=_rounded(height_rate),
         path_gain=_rounded(path_gain),
         # the height's loop asks for k v when it begins to level off
-        vertical_acceleration_mps2=_rounded(min(_LEVELLING[1], max(_LEVELLING[0], 0.3 * path_gain * climb))),
+        vertical_acceleration_mps2=_rounded(min(_LEVELLING[1], max(_LEVELLING[0], 1.2 * height_rate * climb))),
         load_time_s=_rounded(load_time),
         lift_time_s=_rounded(at_reference),
         pitch_feedforward=_rounded(pitch_feedforward),
@@ -242,14 +289,17 @@ def _largest(
     """Return the largest gain with the margins at every trim."""
     for gain in reversed(_LADDER.tolist()):
         stability = [margins(loop) for at in places for loop in loops(at, gain)]
-        if all(
-            m.gain_db >= LEAST_DB and m.phase_deg >= LEAST_DEG and m.crossover <= crossover for m in stability
-        ) and all(settles(at, gain) for at in places):
+        if all(_enough(m) and m.crossover <= crossover for m in stability) and all(settles(at, gain) for at in places):
             return float(gain)
     raise InputError(
         f"no gain of the {control} leaves margins of {LEAST_DB:g} dB and {LEAST_DEG:g}° at "
         f"{', '.join(f'{at.trim.cas / KNOT:.0f} kt' for at in places)}"
     )
+
+
+def _enough(stability: Margins) -> bool:
+    """Return whether a loop has the margins."""
+    return stability.gain_db >= LEAST_DB and stability.phase_deg >= LEAST_DEG
 
 
 def _settles(values: Array) -> bool:
@@ -272,7 +322,7 @@ def _pitch_response(
     state, total, wanted = model.b[:, 0] * pulse, 0.0, 0.0
     rates, elevators, row = [], [], model.c[0]
     for _ in range(round(_HORIZON / INTERVAL)):
-        wanted += INTERVAL / 0.35 * (rate - wanted)
+        wanted += INTERVAL / _LOAD_LAG * (rate - wanted)
         error = wanted - row @ state
         total -= at.feedback * integral * error * INTERVAL
         elevator = total - at.feedback * gain * error - at.ratio * feedforward * wanted
@@ -287,7 +337,7 @@ def _pitch_feedforward(at: _Scheduled, gain: float, integral: float) -> float:
     inverse = -float(np.real(1.0 / at.point.vertical.response(np.array([1.0]))[0, 0, 0]))
     if inverse <= 0.0:
         return 0.0
-    wanted = 1.0 - np.exp(-np.arange(90) * INTERVAL / 0.35)
+    wanted = 1.0 - np.exp(-np.arange(90) * INTERVAL / _LOAD_LAG)
 
     def cost(share: float) -> float:
         rates, _ = _pitch_response(at, gain, integral, share * inverse, rate=1.0)
@@ -355,7 +405,7 @@ def _lateral(places: Sequence[_Scheduled], pace: float) -> tuple[_Lateral, float
 def _has_margins(places: Sequence[_Scheduled], k: _Lateral) -> bool:
     """Return whether both lateral loops have the margins at every trim."""
     loops = [margins(loop) for at in places for loop in at.lateral_loops(k)]
-    return all(m.gain_db >= LEAST_DB and m.phase_deg >= LEAST_DEG for m in loops)
+    return all(map(_enough, loops))
 
 
 def _cost_of(response: tuple[Array, Array]) -> float:

@@ -34,6 +34,7 @@ class Performance(Section):
     climb_mps: Positive
     descent_mps: Positive
     acceleration_mps2: Positive  # rate of change of airspeed, m/s²
+    takes_off: bool = True  # whether it starts on a runway
     takeoff_kt: Positive  # airspeed of rotation, kt
     takeoff_pitch_deg: Positive  # pitch angle held from rotation, degrees
     initial_climb_kt: Positive  # airspeed of the climb after take-off, kt

@@ -344,13 +344,17 @@ def wait(state: AircraftState, until: float) -> Iterator[None]:
 
 
 def check_landing(legs: Sequence[LegBase], aircraft: str, performance: Performance) -> None:
-    """Raise for a landing of an aircraft whose description does not say how it lands, and for a glider's legs that
-    need an engine."""
+    """Raise for a landing of an aircraft whose description does not say how it lands, for a take-off of an aircraft
+    that cannot, and for a glider's climb."""
     for number, leg in enumerate(legs, start=1):
-        if performance.glider and (leg.begins == "runway" or leg.type == "climb"):
+        if performance.glider and leg.type == "climb":
             raise InputError(
-                f'flight.legs.{number} ({leg.type}): the aircraft {aircraft} is a glider: start with on = "air", and '
-                "let it descend."
+                f"flight.legs.{number} ({leg.type}): the aircraft {aircraft} is a glider, which only descends."
+            )
+        if leg.begins == "runway" and not performance.takes_off:
+            raise InputError(
+                f"flight.legs.{number} ({leg.type}): the aircraft {aircraft} does not take off, as its aircraft.toml "
+                'says (performance.takes_off): start with on = "air".'
             )
         if leg.lands and performance.approach_kt is None:
             raise InputError(

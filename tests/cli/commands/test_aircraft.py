@@ -56,6 +56,7 @@ class Made:
 
     height = 1500.0
     errors = (LegErrors("climb", "climb", None, 1.234, 0.5, None),)
+    on_ground = "It does not take off: the engines do not start within 90 s."
     text = aircraft_text(load_aircraft("c172x"))
 
 
@@ -66,6 +67,7 @@ def test_an_aircraft_is_written_with_a_copy_of_its_model(sinssim: Sinssim, put: 
     (tmp_path / "mine" / "kite" / "kite.xml").write_text("<fdm_config/>")
     out = sinssim("aircraft", "add", "c172x")
     assert "c172x flies the acceptance plan at 1500 m: every leg is within its limits." in out
+    assert "It does not take off: the engines do not start within 90 s." in " ".join(out.split())
     assert 'Aircraft: aircraft/c172x/aircraft.toml    (flight.aircraft = "c172x")' in out
     assert [path.name for path in (tmp_path / "aircraft" / "c172x").iterdir()] == ["aircraft.toml"]
     assert load_aircraft("c172x") == load_aircraft(str(tmp_path / "aircraft" / "c172x"))

@@ -28,7 +28,7 @@ FILE = Path("/nowhere/mine.toml")
         (PARKED.replace("latitude_deg = 56.0", "latitude_deg = 156.0"), 4, "must be at most 90"),
         (PARKED.replace("[imu]", "[imu"), 7, "TOML syntax"),
         (PARKED + "[filter]\n", 9, "filter"),
-        (FLIGHT.replace('"737"', '"738"'), 5, "Did you mean '737'?"),
+        (FLIGHT.replace('"737"', '"739"'), 5, "Did you mean '737'?"),
         (FLIGHT.replace("altitude_m = 4000.0", "altitude_m = 19000.0"), 14, "ceiling"),
         ("", 0, "exactly one of [flight], [parked]"),
     ],
