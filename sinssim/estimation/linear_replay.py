@@ -207,6 +207,7 @@ class LinearPass:
         inside = np.ix_(used, used)
         x, p = x[:, used], p[:, used[:, None], used]
         kept: list[list[tuple[int, float, Array, Array]]] = [[] for _ in self.names]
+        ratios = [self._ratios(name, assumptions) for name in self.names]
         for event in self.events:
             if event.time > until:
                 break
@@ -219,11 +220,11 @@ class LinearPass:
                 name = self.names[reading.sensor]
                 if name in dropped and dropped[name][reading.row]:
                     continue
-                ratio = np.array([of.sigma[name][reading.row] if name in of.sigma else np.ones(len(reading.z))
-                                  for of in assumptions])  # fmt: skip
-                h = reading.h[:, used]
-                seen = p @ h.T
-                s = h @ seen + ratio[:, :, None] * reading.r * ratio[:, None, :]
+                h, r, ratio = reading.h[:, used], reading.r, ratios[reading.sensor]
+                if ratio is not None:
+                    r = ratio[:, reading.row, :, None] * r * ratio[:, reading.row, None, :]
+                seen = (p.reshape(-1, n) @ h.T).reshape(b, n, -1)
+                s = h @ seen + r
                 value = reading.z - x @ h.T
                 gain = np.linalg.solve(s, seen.transpose(0, 2, 1))
                 if bounds is not None:
@@ -236,6 +237,12 @@ class LinearPass:
         end, covariance = np.zeros((b, self.model.size)), np.zeros((b, self.model.size, self.model.size))
         end[:, used], covariance[:, used[:, None], used] = x, p
         return series, end @ self._a.T + self._c, self._a @ covariance @ self._a.T
+
+    def _ratios(self, name: str, assumptions: Sequence[Assumptions]) -> Array | None:
+        """Return the σ of a sensor's readings relative to those of the pass, (B, M, k); None where all are the same."""
+        given = [of.sigma.get(name) for of in assumptions]
+        shape = next((value.shape for value in given if value is not None), None)
+        return None if shape is None else np.array([np.ones(shape) if value is None else value for value in given])
 
     def _used(
         self, p: Array, x: Array, process: Array
@@ -266,12 +273,11 @@ def _series(name: str, rows: list[tuple[int, float, Array, Array]]) -> Series:
 
 
 def _moved(p: Array, a: Array) -> Array:
-    """Return A P Aᵀ, (B, n, n), of which A has only a diagonal below the rows of navigation."""
-    top, diagonal = a[:CORE], a.diagonal()[CORE:]
-    half = np.empty_like(p)
-    half[:, :CORE] = top @ p
-    half[:, CORE:] = diagonal[:, None] * p[:, CORE:]
-    out = np.empty_like(p)
-    out[:, :, :CORE] = half @ top.T
-    out[:, :, CORE:] = half[:, :, CORE:] * diagonal
+    """Return A P Aᵀ, (B, n, n), of which A has only a diagonal below the rows of navigation; P is symmetric."""
+    top, diagonal = a[:CORE], a.diagonal()
+    half = (p.reshape(-1, len(a)) @ top.T).reshape(len(p), len(a), CORE)  # one product for all: P Aᵀ
+    out = p * np.outer(diagonal, diagonal)
+    out[:, :CORE, :CORE] = top @ half
+    out[:, CORE:, :CORE] = half[:, CORE:] * diagonal[CORE:, None]
+    out[:, :CORE, CORE:] = out[:, CORE:, :CORE].transpose(0, 2, 1)
     return out

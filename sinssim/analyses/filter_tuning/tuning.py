@@ -60,7 +60,8 @@ _FALL = 1.3528
 """Fall of L at a one-sided limit of 95 %: half of χ² of one degree of freedom at 90 %."""
 
 _AGAIN, _PASSES = 0.3, 4
-"""Change of a logarithm, and of the installation in steps, beyond which the filter runs again; most runs."""
+"""Change of a logarithm, or of the installation in steps, beyond which the filter runs again, relative to a 1σ above 1;
+most runs."""
 
 
 class _Pass:
@@ -155,10 +156,12 @@ def tune(
             raise InputError(f"{scenario} has no measurements to tune the filter by.")
         first, last = line.line.events[0].time, line.line.events[-1].time
         split = first + (1.0 - held_out) * (last - first)
-        fitted = _fit(line, at, split, partial(_fitting, progress, begin))
+        if k:  # the values are nearly those of this pass, and its outliers are known before they are fitted
+            drop_outliers(line.dropped, line.replay(at[None], split))
+        fitted = _fit(line, at, split, partial(_fitting, progress, begin), outliers=not k)
         replays += fitted.steps
-        if np.max(np.abs(fitted.x - at), initial=0.0) < _AGAIN:
-            break
+        if np.max(np.abs(fitted.x - at) / np.maximum(fitted.sigma, 1.0), initial=0.0) < _AGAIN:
+            break  # a key that the data do not tell changes nothing
         at = fitted.x
     tuned, fitted, more = _decided(line, start, fitted, split)
     outliers = {name: int(rows.sum()) for name, rows in line.dropped.items() if rows.any()}
