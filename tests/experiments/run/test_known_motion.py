@@ -77,7 +77,7 @@ def test_the_motion() -> None:
 def test_the_attitude_beside_horizon_and_compass() -> None:
     """East, north, up from body by another library; N at the north, E at the east."""
     drawn: Any = Drawn()
-    view._draw_attitude(drawn, TIME, TRUTH_STATE.q_nb, "")
+    view._draw_attitude(drawn, TIME, TRUTH_STATE.q_nb, view.vehicle_mesh(""))
     _, motion = drawn.moving["attitude/vehicle"]
     translation, quaternion = (np.squeeze(values_of(part)) for part in motion)
     enu = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
