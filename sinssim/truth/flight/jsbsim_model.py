@@ -346,6 +346,8 @@ def _settle_on_the_runway(executive: Any, start: RunwayStart, wind: WindVector) 
     executive["ic/terrain-elevation-ft"] = start.altitude_m / FOOT
     executive["ic/h-agl-ft"] = 6.0
     _set_wind(executive, wind)
+    for engine in range(executive.get_propulsion().get_num_engines()):
+        executive[f"fcs/advance-cmd-norm[{engine}]"] = 1.0  # levers of propellers forward, as for a take-off
     brakes = ("fcs/left-brake-cmd-norm", "fcs/right-brake-cmd-norm", "fcs/center-brake-cmd-norm")
     executive.run_ic()
     for brake in brakes:

@@ -11,10 +11,12 @@ import pytest
 
 from sinssim.content import list_content
 from sinssim.errors import InputError
+from sinssim.system.files import Draft
 from sinssim.truth.aircraft_design import aircraft_design
 from sinssim.truth.aircraft_design.acceptance_flight import circuit_plan
 from sinssim.truth.flight.aircraft import load_aircraft
 from sinssim.truth.flight.flight_plan import FlightPlan
+from sinssim.truth.flight.jsbsim_model import bring_to_start, loaded_model, quiet
 from sinssim.truth.flight.jsbsim_simulation import fly_plan
 from sinssim.truth.flight.leg import not_attained
 
@@ -116,3 +118,12 @@ def test_shipped_designs_take_off_and_land(name: str) -> None:
     record = fly_plan(circuit_plan(name, performance, 3000.0 if "in calm air on 3000 m" in text else 5000.0))
     assert not_attained(record.events) == []
     assert record.events[-1].text == "leg 5 (land) ends"
+
+
+def test_the_propellers_turn_fast_for_a_take_off() -> None:
+    """The levers of both propellers are forward on the runway."""
+    aircraft = load_aircraft("DHC6")
+    with quiet(), Draft() as folder:
+        executive = loaded_model("DHC6", aircraft, str(folder.path))
+        bring_to_start(executive, circuit_plan("DHC6", aircraft.performance, 3000.0), aircraft, 0)
+        assert [executive[f"fcs/advance-cmd-norm[{engine}]"] for engine in range(2)] == [1.0, 1.0]
