@@ -195,18 +195,15 @@ def design_loops(
     bandwidth = places[0].bandwidth(pitch_gain, pitch_integral, pitch_feedforward)
     lateral, roll_lag, roll_feedforward = _lateral(places, pace)
     bank_rate = min(1.2, 0.75 * lateral.bank_gain)
-    roll_rate = math.degrees(_full_roll_rate(places[0])) / 5.0  # a fifth of what full aileron gives
-    roll_rate = min(30.0, max(4.0, roll_rate))
+    roll_rate = min(30.0, max(4.0, math.degrees(_full_roll_rate(places[0])) / 5.0))  # a fifth of full aileron's
     lag = lift_lag(points[0].vertical, points[0].trim)
     at_reference = min(3.0, lag * reference / points[0].trim.tas)
     load_time = min(1.5, max(_LOAD_LAG, 1.2 / bandwidth))
     path_gain = min(0.9, 0.5 * pace / (load_time + 1.0 / bandwidth))  # 60° of phase with both lags
     acceleration = roll_rate / max(0.7, 2.0 * roll_lag)
     # half of the time to roll out of a turn, during which the heading still changes, and a third more
-    heading_time = max(_APART / bank_rate, 1.3 * 0.5 * (_BANK / roll_rate + roll_rate / acceleration))
+    rolling_out = 1.3 * 0.5 * (_BANK / roll_rate + roll_rate / acceleration)
     courses = [at.heading(lateral, bank_rate, roll_feedforward) for at in places]
-    while heading_time < _SLOWEST_HEADING and not all(_enough(margins(loop / heading_time)) for loop in courses):
-        heading_time *= 1.05
     engine_lag, thrust = engine_response(points[0].vertical) or (1.0 / path_gain, G)
     # at most so steep that the fastest climb levels off within the largest acceleration: v/k over v²/(2 a), with 10 %
     height_rate = min(path_gain / _APART, 2.0 * _LEVELLING[1] / (1.1 * climb))
@@ -221,7 +218,7 @@ def design_loops(
         roll_feedforward=_rounded(roll_feedforward),
         roll_gain=_rounded(lateral.roll_gain),
         roll_integral=_rounded(lateral.roll_integral),
-        heading_time_s=_rounded(heading_time),
+        heading_time_s=_rounded(_heading_time(courses, max(_APART / bank_rate, rolling_out))),
         height_rate=_rounded(height_rate),
         path_gain=_rounded(path_gain),
         # the height's loop asks for k v when it begins to level off
@@ -241,8 +238,15 @@ def design_loops(
         sideslip_integral=_rounded(lateral.sideslip_integral),
         steering_gain=1.0,
     )
-    stability = loop_margins(points, gains)
-    return LoopDesign(gains, stability, roll_lag, at_reference, engine_lag, thrust)
+    return LoopDesign(gains, loop_margins(points, gains), roll_lag, at_reference, engine_lag, thrust)
+
+
+def _heading_time(courses: Sequence[Array], least: float) -> float:
+    """Return the time constant of the heading from a least one on that leaves the margins of its loops, s."""
+    time = least
+    while time < _SLOWEST_HEADING and not all(_enough(margins(loop / time)) for loop in courses):
+        time *= 1.05
+    return time
 
 
 def loop_margins(points: Sequence[DesignPoint], gains: AutopilotGains) -> tuple[LoopMargins, ...]:
