@@ -337,6 +337,9 @@ class _Judge:
             target = math.radians(place.latitude_deg), math.radians(place.longitude_deg)
             start, left = plan.altitude, distance(plan.latitude, plan.longitude, *target) - leg.capture_radius_m
             ahead = bearing(plan.latitude, plan.longitude, *target)
+            if self.performance.glider and place.height_m is not None:
+                what = f"{name}: {leg.label(number) or 'the waypoint'}: height_m = {place.height_m:g}"
+                yield Finding(True, f"{what}: the {self.flight.aircraft} is a glider, whose height is not chosen.")
             yield from self.circling(f"{name}: {leg.label(number) or 'the waypoint'}", leg, target, plan)
             leg.reckon_place(number, plan, slopes)
             to, speed = plan.altitude, plan.airspeed / KNOT

@@ -89,13 +89,13 @@ class DeadReckoning:
         ahead = share * self.true_airspeed() * seconds
         way = (ahead * math.cos(self.heading) + self.wind[0] * seconds,
                ahead * math.sin(self.heading) + self.wind[1] * seconds)  # fmt: skip
-        self._sink(seconds)
+        self.sink(seconds)
         self.move(*way)
         if self.ways is not None:
             self.ways.append(way)
         return seconds
 
-    def _sink(self, seconds: float) -> None:
+    def sink(self, seconds: float) -> None:
         """Let a glider sink at its usual rate for a time, s."""
         if self.performance.glider:
             self.altitude -= self.performance.descent_mps * seconds
@@ -128,7 +128,7 @@ class DeadReckoning:
         if self.ways is not None:
             self.straight(self._rolling_in(angle, bank_deg))
         seconds = abs(angle) / self.turn_rate(bank_deg)
-        self._sink(seconds)
+        self.sink(seconds)
         self.turning += self.turning_of(angle, seconds, bank_deg)
         radius, start, end = self.true_airspeed() / self.turn_rate(bank_deg), self.heading, self.heading + angle
         radius = math.copysign(radius, angle)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from sinssim.errors import InputError
+from sinssim.scenario.planned_limits import findings
 from sinssim.system.files import Draft
 from sinssim.truth.aircraft_design.acceptance_flight import acceptance_plans
 from sinssim.truth.aircraft_design.model_survey import find_model, survey
@@ -91,6 +93,12 @@ def test_a_plan_sinks_and_what_needs_an_engine_is_refused() -> None:
     assert end.altitude == pytest.approx(1500.0 - sink * (hold + turn))
     assert planned_path(one).height[-1] == end.altitude
     assert planned_path(one).ceiling == []
+    place = {"type": "waypoint", "latitude_deg": 48.05, "longitude_deg": 11.0}
+    ((_, seconds, end),) = plan(place).reckoned()
+    assert end.altitude == pytest.approx(1500.0 - sink * seconds)
+    flight = plan({**place, "height_m": 1200.0})
+    (finding,) = findings(SimpleNamespace(flight=flight))  # type: ignore[arg-type]
+    assert (finding.refused, "is a glider, whose height is not chosen" in finding.text) == (True, True)
     *_, (_, _, end) = plan({"type": "descend", "altitude_m": 1200.0}).reckoned()
     assert end.altitude == 1200.0
     with pytest.raises(InputError, match=r"flight\.legs\.1 \(climb\): the aircraft sgs233 is a glider, which only"):

@@ -278,13 +278,16 @@ class WaypointLeg(LegBase):
             if towards is None:
                 return math.inf
             plan.latitude, plan.longitude, plan.heading, plan.turning = begin
+            plan.altitude = start
             if plan.trace is not None:
                 del plan.trace[traced:]
             seconds = plan.turn(math.remainder(towards - plan.heading, 2.0 * math.pi), self.bank_deg)
         left = max(0.0, distance(plan.latitude, plan.longitude, *target) - self.capture_radius_m)
         ahead = bearing(plan.latitude, plan.longitude, *target)
         if to == start:
-            seconds += left / max(plan.ground_speed(ahead), 1.0)
+            straight = left / max(plan.ground_speed(ahead), 1.0)
+            plan.sink(straight)
+            seconds += straight
         else:
             seconds += self._reckon_heights(number, plan, left, ahead, slopes)
         back = bearing(*target, plan.latitude, plan.longitude)
