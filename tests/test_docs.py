@@ -49,7 +49,7 @@ def test_scenario_and_commands_of_the_filter(tmp_path):
     assert scenario.aiding.gnss.outages_s == ((1200.0, 1500.0),)
     (commands,) = re.findall(r"```sh\n(.*?)```", page, re.DOTALL)
     run = re.findall(r"^sinssim run (\w+)", commands, re.MULTILINE)
-    assert len(run) == 8
+    assert len(run) == 6
     for name in run:
         assert load_scenario(name).filter is not None
     for link in re.findall(r"\]\(([\w./-]+)\)", page):

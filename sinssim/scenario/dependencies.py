@@ -9,7 +9,7 @@ from sinssim.errors import InputError, unknown_name
 from sinssim.filter_registry import SHIPPED
 from sinssim.frame_registry import check_correctable
 from sinssim.scenario.ensemble_section import check_variation
-from sinssim.scenario.filter_section import FilterSection
+from sinssim.scenario.filter_section import OF_THREE_AXES, FilterSection
 from sinssim.scenario.tables import IN_SPACE, OF_FRAME, Tables
 from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.imu.error_term_table import OF_TURNS, TERMS, of_triad
@@ -299,6 +299,10 @@ DEPENDENCIES: Rules = (
      and ("backward" if s.filter.backward else "vibration_noise" if s.filter.vibration_noise else ""),
      "filter.{it} is not possible with a redundant set, whose combination and noise change at each exclusion of a "
      'sensor: remove it, or imu.sensor_set.type = "redundant"'),
+    (lambda s: s.filter and s.imu.sensor_set.type == "redundant"
+     and next((n for of in (s.filter, *s.filters) for n in of.states or () if n in OF_THREE_AXES), ""),
+     'filter.states: a redundant set has no state "{it}", because the errors of sensors along their own axes are in '
+     "sum no such error of three axes; remove it"),
     (lambda s: s.filter and s.filter.monitor_s and not (s.log.gnss if s.log else s.aiding and s.aiding.sensor(Gnss)),
      "filter.monitor_s = {s.filter.monitor_s:g} watches the innovations of GNSS, which this scenario does not have: "
      "add [aiding.gnss] (of a log, [log.gnss]), or remove it"),

@@ -35,7 +35,7 @@ from sinssim.data import Array
 from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.estimation.state_model import FLICKER, Block, ErrorModel, error_model
 from sinssim.filter_registry import GRAVITY
-from sinssim.scenario.filter_section import FILTER_STATES
+from sinssim.scenario.filter_section import FILTER_STATES, OF_THREE_AXES
 from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.tables import Tables
 from sinssim.scenario.unknown_gravity import gravity_block, gravity_notes, unknown_gravity
@@ -124,7 +124,9 @@ def weights(scenario: Scenario, moved: Excitation | None = None) -> tuple[Weight
             continue
         noise = model.gyro_noise if triad == "gyro" else model.accel_noise
         squared = _ratio_squared(size * block.size / 3.0 * _input(motion, triad, what), noise)
-        result.append(Weight(block.name, math.sqrt(squared), squared > (0.0 if what == "bias" else LEFT_OUT)))
+        impossible = block.name in OF_THREE_AXES and isinstance(scenario.imu.sensor_set, Redundant)
+        needed = squared > (0.0 if what == "bias" else LEFT_OUT) and not impossible
+        result.append(Weight(block.name, math.sqrt(squared), needed))
     for name, of in (("gyro", sigma.gyro), ("accelerometer", sigma.accel)):
         if of.flicker:  # the change in the run: a constant is a bias
             ratio = motion.duration / flicker.shortest_time(of.flicker, of.random_walk)
@@ -193,6 +195,7 @@ def choice(scenario: Scenario, moved: Excitation | None = None) -> tuple[str, ..
     lines = [f"states chosen by the sensors and the {motion} motion, with the signal-to-noise ratio of a 1σ error:"]
     for block, ratio, needed in weights(scenario, moved):
         why = "no such error" if ratio == 0.0 else _times(ratio)
+        why += ", and no state of a redundant set" * (not needed and ratio**2 > LEFT_OUT)
         lines.append(f"  {block:<27} {'a state' if needed else 'left out':<9} {why}")
     moved = moved or excitation(scenario)
     model = filter_model(with_states(scenario, moved), moved.duration)

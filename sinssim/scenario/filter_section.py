@@ -50,6 +50,10 @@ FILTER_STATES: dict[str, str] = {
     "gyro flicker": "flicker noise of the gyros, a sum of Gauss-Markov processes; without it a random walk of the bias",
     "accelerometer flicker": "the same of the accelerometers",
 }
+OF_THREE_AXES = tuple(name for name in FILTER_STATES if not name.endswith(("bias", "scale", "misalignment", "flicker")))
+"""States that a redundant set does not have: the errors of sensors along their own axes are in sum no such error of
+three axes."""
+
 BLOCKS_OF_STATES = {
     **FILTER_STATES,
     GRAVITY: "deflections of the vertical and anomaly that the navigator does not know, over the distance",

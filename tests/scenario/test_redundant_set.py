@@ -15,7 +15,7 @@ from sinssim.data import Array
 from sinssim.experiments.ensembles import run_seed
 from sinssim.experiments.run.run_result import Run
 from sinssim.scenario import Scenario
-from sinssim.scenario.filter_model import filter_model, noise_of_combination
+from sinssim.scenario.filter_model import choice, filter_model, noise_of_combination, states
 from sinssim.sensors.sets.redundant_errors import spread
 from sinssim.sensors.sets.sensor_set import READY
 from sinssim.simulation.truth_comparison import InertialParameters
@@ -209,3 +209,16 @@ def test_alignment_at_rest(by: str) -> None:
     sigma = expected_errors(plan.imu).sigma.gyro.bias[0] / (7.292115e-5 * np.cos(np.radians(50.0)))
     band = mean_square_band(3, 0.999)
     assert band.low < np.mean(np.square(errors)) / sigma**2 < band.high
+
+
+def test_errors_of_three_axes_are_no_states_of_single_sensors() -> None:
+    """The square of the force along a skew axis has products of three axes: it is left out, and refused by name."""
+    imu = {"accel_quadratic_sigma_ug_per_g2": 4000.0, "gyro_g_sensitivity_sigma_deg_h_per_g": 100.0}
+    of_axes, of_set = (scenario(sensor_set, imu=imu) for sensor_set in (None, {}))
+    further = {"accelerometer quadratic", "gyro g-sensitivity"}
+    assert further <= set(states(of_axes))
+    assert not further & set(states(of_set))
+    assert sum(line.endswith(", and no state of a redundant set") for line in choice(of_set)) == 2
+    for tables in ({"filter": {"states": ["gyro cubic"]}}, {"filters": [{"name": "b", "states": ["gyro cubic"]}]}):
+        with pytest.raises(ValueError, match=r'filter\.states: a redundant set has no state "gyro cubic"'):
+            scenario({}, **tables)
