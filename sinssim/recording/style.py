@@ -101,6 +101,8 @@ COLORS: dict[str, Rgb] = {
     "accelerometer quadratic": (45, 95, 150),
     "accelerometer cubic": (150, 165, 215),
     "accelerometer cross-axis": (95, 140, 90),
+    "gyro flicker": (165, 130, 25),
+    "accelerometer flicker": (35, 135, 170),
     "gravity disturbance": (160, 60, 90),
     "gnss lever arm": (150, 120, 90),
     "gnss time offset": (110, 90, 70),
@@ -159,10 +161,15 @@ _OF_SENSORS = {
 }
 """The same for the errors of an aiding sensor."""
 
+_DARKEST, _LIGHTER = -0.5, 0.1
+"""The shade of a process of flicker noise, slower ones lighter."""
+
 
 def _known(name: str) -> Rgb | None:
-    """Return the table's colour, shaded by an algorithm's order or by an aiding sensor's error."""
+    """Return the table's colour, shaded by an algorithm's order, an aiding sensor's error or a process of flicker."""
     sensor, _, of_sensor = name.rpartition(" ")
+    if sensor in COLORS and of_sensor.isdecimal():
+        return _shaded(COLORS[sensor], _DARKEST + _LIGHTER * int(of_sensor))
     if name not in COLORS and of_sensor in _OF_SENSORS and sensor in COLORS:
         return _shaded(COLORS[sensor], _OF_SENSORS[of_sensor])
     order = ORDER.search(name)
