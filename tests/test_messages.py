@@ -34,8 +34,8 @@ from sinssim.experiments.run.paced_stream import pace_of, place_of
 from sinssim.experiments.studies.position_claims import gyro_free
 from sinssim.experiments.studies.study_directory import StudyDirectory
 from sinssim.experiments.studies.study_results import Evidence
-from sinssim.experiments.studies.sweep import FORM, sweep
 from sinssim.experiments.studies.trade_schema import MOST_CELLS
+from sinssim.experiments.studies.trade_sweep import FORM, sweep
 from sinssim.experiments.study import load_study
 from sinssim.logs.formats.registry import read_file
 from sinssim.logs.numeric_columns import bad_row

@@ -21,8 +21,8 @@ from sinssim.estimation.error_dynamics import (
 )
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.state_model import error_model
+from sinssim.strapdown.motion_coordinates import earth_fixed
 from sinssim.strapdown.navigate import navigate
-from sinssim.strapdown.navigation_error import earth_fixed
 from tests.estimation.test_dynamics import ALL, RATE_HZ, SPAN, STEPS, perturbed
 from tests.estimation.worlds import biases_only, one_run, positions, velocities, weaving
 from tests.oracles import integrator as oracle

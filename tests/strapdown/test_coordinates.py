@@ -12,7 +12,7 @@ from sinssim.earth import WGS84
 from sinssim.errors import InputError
 from sinssim.frame_registry import FRAME_REGISTRY
 from sinssim.strapdown.frames.transverse_route import route_pole
-from sinssim.strapdown.navigation_error import conditional, earth_fixed, inertial, level_axes
+from sinssim.strapdown.motion_coordinates import conditional, earth_fixed, inertial, level_axes
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 
 TIME = np.linspace(3.0, 7203.0, 41)

@@ -232,8 +232,8 @@ def _study(
     name: str, vary: Sequence[str] | None, settings: Sequence[str], require: Sequence[str]
 ) -> Study | TradeStudy:
     """Return the study of a file, or that of a scenario and varied keys."""
-    from sinssim.experiments.studies.sweep import sweep
     from sinssim.experiments.studies.trade_schema import TradeStudy
+    from sinssim.experiments.studies.trade_sweep import sweep
     from sinssim.experiments.study import load_study
 
     plan = sweep(name, vary, settings) if vary else load_study(name, settings)

@@ -28,7 +28,7 @@ from sinssim.recording.streams import (
 )
 from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.simulation.truth_and_sensors import Truth
-from sinssim.strapdown import navigation_error
+from sinssim.strapdown import motion_coordinates
 from sinssim.strapdown.frames.transverse_route import route_pole
 
 if TYPE_CHECKING:
@@ -181,14 +181,16 @@ class CoordinateStreams:
 
         match kind:
             case "earth-fixed":
-                return _cartesian("e"), lambda rows: tuple(navigation_error.earth_fixed(rows_of(rows), self.ellipsoid))
+                return _cartesian("e"), lambda rows: tuple(
+                    motion_coordinates.earth_fixed(rows_of(rows), self.ellipsoid)
+                )
             case "inertial":
                 return _cartesian("i"), lambda rows: tuple(
-                    navigation_error.inertial(rows_of(rows), time[rows], self.ellipsoid, self.epoch)
+                    motion_coordinates.inertial(rows_of(rows), time[rows], self.ellipsoid, self.epoch)
                 )
             case "frame":
                 of_x = getattr(motion, "azimuth", np.zeros(0))
-                return _LEVEL, lambda rows: _columns(*navigation_error.level_axes(rows_of(rows), of_x[rows]))
+                return _LEVEL, lambda rows: _columns(*motion_coordinates.level_axes(rows_of(rows), of_x[rows]))
             case "conditional":
                 return _CONDITIONAL, self._conditional(rows_of)
             case _:
@@ -198,7 +200,7 @@ class CoordinateStreams:
 
     def _conditional(self, rows_of: Callable[[slice], NavState]) -> Parts:
         def parts(rows: slice) -> tuple[Array, ...]:
-            coordinates = navigation_error.conditional(rows_of(rows), self.pole, self.start)
+            coordinates = motion_coordinates.conditional(rows_of(rows), self.pole, self.start)
             return np.column_stack((coordinates.latitude, coordinates.longitude)), *_columns(*coordinates.axes)
 
         return parts

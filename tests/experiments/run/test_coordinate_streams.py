@@ -18,7 +18,7 @@ from sinssim.experiments.run.run_streams import CoordinateStreams
 from sinssim.recording.streams import Stream
 from sinssim.scenario import Scenario
 from sinssim.strapdown.frames.transverse_route import route_pole
-from sinssim.strapdown.navigation_error import conditional, earth_fixed, inertial, level_axes
+from sinssim.strapdown.motion_coordinates import conditional, earth_fixed, inertial, level_axes
 
 
 def flight(frame: str, **output: Any) -> Scenario:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.experiments.studies.sweep import sweep
 from sinssim.experiments.studies.trade_schema import MOST_CELLS
+from sinssim.experiments.studies.trade_sweep import sweep
 
 
 def values(written: str, key: str = "imu.rate_hz") -> tuple[Any, ...]:
