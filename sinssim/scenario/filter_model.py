@@ -251,6 +251,8 @@ def notes(scenario: Scenario) -> Iterator[str]:
         yield from _about_gravity(scenario)
         yield from _about_turning(scenario)
         yield from _about_missing(scenario)
+        if scenario.filter.flicker_processes and not any(name.endswith(FLICKER) for name in states(scenario)):
+            yield "filter.flicker_processes has no effect: no state of the filter is flicker noise."
     section, parked = scenario.filter, scenario.parked
     if section is None or section.alignment_s is None or section.alignment != "at-rest" or parked is None:
         return

@@ -12,7 +12,7 @@ from sinssim.estimation.consistency import nees
 from sinssim.estimation.error_dynamics import reading_error
 from sinssim.estimation.filter_start import _slow, at_rest
 from sinssim.scenario import load_scenario
-from sinssim.scenario.filter_model import choice, filter_model, inertial_sigma, states
+from sinssim.scenario.filter_model import choice, filter_model, inertial_sigma, notes, states
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.imu_keys import TriadErrors
 from tests.slow import slow
@@ -77,6 +77,9 @@ def test_the_key_sets_the_number_and_check_says_it() -> None:
     assert any(line.startswith("  gyro flicker is the sum of 5 Gauss-Markov processes") for line in lines)
     assert len(filter_model(parked("filter.flicker_processes=3"), 300.0).sums["gyro flicker"]) == 3
     assert not filter_model(parked(WITHOUT), 300.0).sums
+    idle = "filter.flicker_processes has no effect: no state of the filter is flicker noise."
+    for sets, said in ((["filter.flicker_processes=3"], False), (["filter.flicker_processes=3", WITHOUT], True)):
+        assert (idle in list(notes(parked(*sets)))) is said
     bias = ImuErrors(TriadErrors(bias=np.full(3, 1e-8), flicker=1e-9, random_walk=1e-7), TriadErrors())
     model = error_model(bias, imu=("gyro bias", "gyro flicker"))
     np.testing.assert_array_equal(model.sigma[model.slices["gyro bias"]], 1e-8)
