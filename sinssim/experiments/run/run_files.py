@@ -23,9 +23,10 @@ from sinssim.experiments.run import run_recording as pictures
 from sinssim.experiments.run.error_exhibits import error_charts
 from sinssim.experiments.run.filter_summary import Moment, places_of
 from sinssim.experiments.run.motion_exhibits import motion_charts
-from sinssim.experiments.run.run_recording import PATHS, draw_coordinates, kind_of, shape_of
+from sinssim.experiments.run.run_recording import draw_coordinates
 from sinssim.experiments.run.run_streams import coordinate_streams, filter_streams
 from sinssim.experiments.run.sensor_exhibits import SensorComparison, comparison_charts, recorded_readings
+from sinssim.experiments.run.vehicle_mesh import PATHS, kind_of, shape_of
 from sinssim.recording import streams, style
 from sinssim.recording.rerun.scene import Scene, drifted, map_zoom, some_rows
 from sinssim.recording.rerun.viewer import RUN_ENTITY

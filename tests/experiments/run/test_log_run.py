@@ -12,8 +12,8 @@ import rerun.blueprint as rrb
 from scipy.spatial.transform import Rotation
 
 from sinssim.data import ImuData, NavState
-from sinssim.experiments.run.run_recording import PATHS, kind_of, vehicle_mesh
 from sinssim.experiments.run.sensor_exhibits import SensorComparison, compare_sensors, comparison_charts
+from sinssim.experiments.run.vehicle_mesh import PATHS, kind_of, vehicle_mesh
 from sinssim.recording import style
 from sinssim.recording.rerun.scene import Scene, drifted, map_zoom
 from sinssim.recording.rerun.views import RunInfo, load_view
