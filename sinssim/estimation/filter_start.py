@@ -119,9 +119,9 @@ def _share_bias(covariance: Array, model: ErrorModel, name: str, slow: list[Bloc
     if where is None or not slow:
         return
     tied = covariance[:CORE, where].copy()
-    own = model.sigma[where] ** 2
-    whole = own + sum(np.square(block.sigma) for block in slow)
-    for part, share in ((where, own), *((model.slices[b.name], np.square(b.sigma)) for b in slow)):
+    constant = model.sigma[where] ** 2
+    whole = constant + sum(np.square(block.sigma) for block in slow)
+    for part, share in ((where, constant), *((model.slices[b.name], np.square(b.sigma)) for b in slow)):
         covariance[:CORE, part] = tied * np.divide(share, whole, out=np.zeros(3), where=whole > 0.0)
         covariance[part, :CORE] = covariance[:CORE, part].T
         covariance[part, part] = np.diag(np.broadcast_to(share, 3))

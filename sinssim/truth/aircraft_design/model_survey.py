@@ -195,8 +195,8 @@ def _loaded(place: Path, root: ElementTree.Element, folder: Path, messages: list
             place.name, str(folder), str(package / "engine"), str(package / "systems")
         )
         if not loaded:
-            said = [line for line in "".join(messages).splitlines() if line.strip()]
-            raise InputError(_reason(" ".join(said[-1:])))
+            printed = [line for line in "".join(messages).splitlines() if line.strip()]
+            raise InputError(_reason(" ".join(printed[-1:])))
         executive.set_dt(STEP)
         executive.run_ic()
     except jsbsim.BaseError as error:

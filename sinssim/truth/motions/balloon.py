@@ -48,7 +48,7 @@ Layer = tuple[
 ]  # fmt: skip
 
 
-def _held(t: Array, begin: float, rise: float, end: float, fall: float) -> list[Array]:
+def _plateau(t: Array, begin: float, rise: float, end: float, fall: float) -> list[Array]:
     """Return the same of a rise by S at an instant and a fall that ends at another one, each with its duration."""
     return [a - b for a, b in zip(rising(t, begin, rise), rising(t, end - fall, fall), strict=True)]
 
@@ -98,8 +98,8 @@ class BalloonFlight(Leaning):
     def _climb(self, t: Array) -> list[Array]:
         """Return the height with its three derivatives by time, (N,) each."""
         keys, (launch, top, land) = self._keys, self._keys.instants
-        up = [keys.rise_mps * of for of in _held(t, launch, _START, top, _BURST)[:4]]
-        theta, q, q1, q2, _ = _held(t, top, keys.opening_s, land, keys.landing_s)
+        up = [keys.rise_mps * of for of in _plateau(t, launch, _START, top, _BURST)[:4]]
+        theta, q, q1, q2, _ = _plateau(t, top, keys.opening_s, land, keys.landing_s)
         e = np.exp(-keys.burst_height_m / _SCALE) + keys.fall_mps * theta / _SCALE
         g = keys.fall_mps / e  # ḣ = −gθ̇, ġ = −g²θ̇/2H
         gq = g * q / _SCALE
@@ -154,7 +154,7 @@ class BalloonFlight(Leaning):
         """Return the apparent gravity, along which the line hangs; see `Leaning`."""
         _, _, a, j, g, change = self.bent(t)
         launch, _, land = self._keys.instants
-        turned, part, *_ = _held(t, launch, _START, land, self._keys.landing_s)
+        turned, part, *_ = _plateau(t, launch, _START, land, self._keys.landing_s)
         spin = self._keys.spin_deg_s * DEG
         return g - a, change - j, self._keys.heading_deg * DEG + spin * turned, spin * part
 

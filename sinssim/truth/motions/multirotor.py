@@ -326,14 +326,14 @@ class _Lag:
 def _integrals(jerk: Array, half: Array, begun: Array) -> list[Array]:
     """Return polynomials on −1…1 by their powers, (P, powers, K), and their three integrals over pieces of given
     half-lengths, (P,) s, which begin with the rows of `begun`, ((P,) 3, K)."""
-    found = [jerk]
+    integrals = [jerk]
     for row in range(3):
-        last = found[-1]
+        last = integrals[-1]
         number = np.arange(1, last.shape[1] + 1)[:, None]
         inner = last * half[:, None, None] / number
         first = begun[..., row, :] - np.sum(inner * (-1.0) ** number, axis=1)
-        found.append(np.concatenate([first[:, None], inner], axis=1))
-    return found
+        integrals.append(np.concatenate([first[:, None], inner], axis=1))
+    return integrals
 
 
 def _part(lifts: Array, t: Array) -> Array:
@@ -537,8 +537,8 @@ class MultirotorMotion(ClosedFormMotion):
         amplitude = self.gust_sigma_mps * np.sqrt(2.0 * power / power.sum())
         gusts = amplitude[:, None] * np.exp(2j * np.pi * generator.random((_TONES, 2)))
         s, c, loop = 1j * omega, self.drag_per_s, self.loop_rad_s
-        held = (loop**2 + np.sqrt(2.0) * loop * s) / (1.0 + self.rotor_lag_s * s)
-        return Wind(mean, omega, gusts, (c / (s * s + c * s + held))[:, None] * gusts)  # (1)
+        control = (loop**2 + np.sqrt(2.0) * loop * s) / (1.0 + self.rotor_lag_s * s)
+        return Wind(mean, omega, gusts, (c / (s * s + c * s + control))[:, None] * gusts)  # (1)
 
     def motion(self, seed: int = 0) -> MultirotorFlight:
         """Return the motion with the gusts of a seed; see the base."""
