@@ -83,7 +83,7 @@ BEYOND = (
     Row(
         "",
         "Redundant sensors: x̂ = (HᵀWH)⁻¹HᵀWy, tr (HᵀH)⁻¹ ≥ 9/m; parity p = V y, V H = 0, V Vᵀ = I",
-        ("sensors.sets.sensor_set.estimator", "sensors.sets.sensor_set.parity_matrix"),
+        ("sensors.sets.sensor_set_section.estimator", "sensors.sets.sensor_set_section.parity_matrix"),
         (
             "sensors/sets/test_geometry.py::test_parity_has_its_defining_properties",
             "sensors/sets/test_geometry.py::test_ready_sets_reach_the_bound",
@@ -152,7 +152,7 @@ BEYOND = (
     Row(
         "",
         "Covariance of the errors by source, and the largest value of a source that meets a requirement",
-        ("analyses.error_budget.share_propagation.Propagation", "analyses.error_budget.budget_result.answers"),
+        ("analyses.error_budget.source_propagation.Propagation", "analyses.error_budget.budget_result.answers"),
         (
             "analyses/error_budget/test_closed_forms.py::test_one_source_at_rest",
             "analyses/error_budget/test_limits.py::test_the_largest_values_just_meet_the_requirement",

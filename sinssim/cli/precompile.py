@@ -28,7 +28,7 @@ from sinssim.experiments.study import load_study
 from sinssim.scenario import Scenario, filter_model, load_scenario
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.sensor_readings import draw_true_errors
-from sinssim.sensors.sets.sensor_set import Redundant
+from sinssim.sensors.sets.sensor_set_section import Redundant
 from sinssim.strapdown.mechanization import CURVATURES, Mechanization
 from sinssim.strapdown.navigate import navigate
 from sinssim.system.files import Draft

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 from sinssim.system import on_first_use
 
 if TYPE_CHECKING:
+    from sinssim.earth.datums import DATUMS as DATUMS
+    from sinssim.earth.datums import change_datum as change_datum
     from sinssim.earth.ellipsoids import ELLIPSOIDS as ELLIPSOIDS
     from sinssim.earth.ellipsoids import GRAVITY_MODELS as GRAVITY_MODELS
     from sinssim.earth.ellipsoids import OMEGA_IE as OMEGA_IE
     from sinssim.earth.ellipsoids import WGS84 as WGS84
     from sinssim.earth.ellipsoids import Ellipsoid as Ellipsoid
     from sinssim.earth.ellipsoids import ellipsoid_by_name as ellipsoid_by_name
-    from sinssim.earth.geodetic_coordinates import DATUMS as DATUMS
-    from sinssim.earth.geodetic_coordinates import change_datum as change_datum
     from sinssim.earth.geodetic_coordinates import displaced as displaced
     from sinssim.earth.geodetic_coordinates import ecef_to_eci as ecef_to_eci
     from sinssim.earth.geodetic_coordinates import ecef_to_geodetic as ecef_to_geodetic

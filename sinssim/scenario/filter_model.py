@@ -46,7 +46,7 @@ from sinssim.sensors.imu.error_term_table import of_triad
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.sets.redundant_errors import maps, spread
-from sinssim.sensors.sets.sensor_set import Redundant
+from sinssim.sensors.sets.sensor_set_section import Redundant
 from sinssim.sensors.vibration_noise import AddedNoise, Change
 from sinssim.truth.motion import Motion
 from sinssim.units import ARCSEC, DEG, DEG_H, G0

@@ -29,7 +29,7 @@ from sinssim.scenario.planned_limits import check_route, check_times, expected_d
 from sinssim.scenario.tables import Tables
 from sinssim.sensors.imu.grades import GRADE_TABLE, grade_file, grade_name
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
+from sinssim.sensors.sets.sensor_set_section import AttitudeSensor, Platform, Redundant, SixAccelerometers
 from sinssim.system.extensions import Item, source_of
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.guidance import TRUTH

@@ -24,7 +24,7 @@ from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.sets.fault_detection import combine
 from sinssim.sensors.sets.redundant_errors import combined_errors
 from sinssim.sensors.sets.sensor_readings import TrueErrors
-from sinssim.sensors.sets.sensor_set import Redundant, SensorSet
+from sinssim.sensors.sets.sensor_set_section import Redundant, SensorSet
 from sinssim.sensors.sets.single_sensors import APART
 from sinssim.strapdown.navigation_error import NavError, navigation_error
 

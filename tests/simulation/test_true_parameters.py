@@ -11,7 +11,7 @@ from sinssim.sensors.imu import emulation
 from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp
 from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.sets.sensor_readings import TrueErrors
-from sinssim.sensors.sets.sensor_set import Redundant
+from sinssim.sensors.sets.sensor_set_section import Redundant
 from sinssim.sensors.sets.single_sensors import APART
 from sinssim.simulation.truth_comparison import InertialParameters
 

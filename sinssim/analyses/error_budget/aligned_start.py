@@ -30,8 +30,8 @@ from sinssim.alignment.determination import determine
 from sinssim.alignment.disturbed_base import cone_jacobian, fit_of_session, inertial_curve, mean_blocks
 from sinssim.alignment.initial_conditions import aligned_state, alignment_samples, initial_state
 from sinssim.analyses.error_budget.error_dynamics import TrueMotion, exponential, white_covariance
-from sinssim.analyses.error_budget.share_propagation import NavigationStep, Propagation
 from sinssim.analyses.error_budget.source_effects import Shares
+from sinssim.analyses.error_budget.source_propagation import NavigationStep, Propagation
 from sinssim.data import Array, ImuData, NavState
 from sinssim.earth import radii
 from sinssim.estimation.linearisation import rows_of

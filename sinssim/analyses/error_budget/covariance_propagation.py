@@ -27,7 +27,6 @@ from numpy.typing import NDArray
 from sinssim import earth, rotation
 from sinssim.analyses.error_budget.error_dynamics import TrueMotion, exponential
 from sinssim.analyses.error_budget.error_sources import SensorAngle
-from sinssim.analyses.error_budget.share_propagation import Propagation, Reading
 from sinssim.analyses.error_budget.source_effects import (
     Marks,
     Shares,
@@ -37,6 +36,7 @@ from sinssim.analyses.error_budget.source_effects import (
     snapshot,
     step_effects,
 )
+from sinssim.analyses.error_budget.source_propagation import Propagation, Reading
 from sinssim.data import Array, Measurements
 from sinssim.estimation.error_dynamics import NominalMotion, driving_noise
 from sinssim.estimation.linearisation import (

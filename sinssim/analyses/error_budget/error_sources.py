@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from sinssim import rotation
-from sinssim.analyses.error_budget.share_propagation import Flicker, GaussMarkov, Process, Sum, Walk
+from sinssim.analyses.error_budget.source_propagation import Flicker, GaussMarkov, Process, Sum, Walk
 from sinssim.data import Array, Measurements
 from sinssim.errors import InputError
 from sinssim.sensors.aiding_registry import measurement_kind
@@ -26,7 +26,7 @@ from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.sensors.imu.imu_section import OF_THE_RING
 from sinssim.sensors.imu.rotation_encoder import EncoderErrors, draw_encoders, encoders_of
 from sinssim.sensors.sets.redundant_errors import axes_of_values, spread
-from sinssim.sensors.sets.sensor_set import Redundant, estimator
+from sinssim.sensors.sets.sensor_set_section import Redundant, estimator
 from sinssim.truth.motions.imu_rotation import TurningBlock
 from sinssim.units import ARCMIN, ARCSEC, DEG_H, PPM
 

@@ -31,7 +31,7 @@ from sinssim.analyses.error_budget.error_sources import (
     SensorSource,
     Source,
 )
-from sinssim.analyses.error_budget.share_propagation import AlongWay, GaussMarkov, NavigationStep, Propagation
+from sinssim.analyses.error_budget.source_propagation import AlongWay, GaussMarkov, NavigationStep, Propagation
 from sinssim.data import Array, ImuData, NavState
 from sinssim.errors import InputError
 from sinssim.estimation.error_dynamics import NominalMotion
@@ -42,7 +42,7 @@ from sinssim.sensors.imu.error_term_table import FIELDS, TERMS
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.measurement_kind import CORE
-from sinssim.sensors.sets.sensor_set import Redundant, along
+from sinssim.sensors.sets.sensor_set_section import Redundant, along
 from sinssim.simulation.navigation_stage import solve
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.truth.true_gravity_disturbance import Disturbed

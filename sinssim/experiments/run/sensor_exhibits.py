@@ -22,7 +22,7 @@ from sinssim.sensors.imu.compensation import imperfect_calibration
 from sinssim.sensors.imu.error_term_table import of_triad
 from sinssim.sensors.imu.grades import find_grade, grade_name
 from sinssim.sensors.sets.sensor_readings import torquer_sigma
-from sinssim.sensors.sets.sensor_set import AttitudeSensor, Gyros, Platform, Redundant, SixAccelerometers
+from sinssim.sensors.sets.sensor_set_section import AttitudeSensor, Gyros, Platform, Redundant, SixAccelerometers
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.units import ANGLE_SCALE, DEG, DEG_H, SPEED_SCALE, UG, Scale, capital, fixed, signed, suiting
 

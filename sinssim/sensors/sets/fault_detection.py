@@ -32,7 +32,7 @@ from sinssim.errors import InputError
 from sinssim.jit import strict_kernel
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.redundant_errors import Inputs, accumulated_inputs, noise_variance
-from sinssim.sensors.sets.sensor_set import FEWEST, Redundant, along, estimator, parity_matrix
+from sinssim.sensors.sets.sensor_set_section import FEWEST, Redundant, along, estimator, parity_matrix
 from sinssim.sensors.sets.single_sensors import SingleSensors
 
 

@@ -1,7 +1,7 @@
 """Errors of a redundant set: of the least-squares combination, and the variance of a single sensor's readings.
 
 The combination of the readings y_i of m single sensors is x̂ = G y with G = (HᵀWH)⁻¹HᵀW, where W has 1 for a sensor in
-use and 0 for an excluded one (`sinssim.sensors.sets.sensor_set`). Sensor i has the bias b_i, the scale-factor
+use and 0 for an excluded one (`sinssim.sensors.sets.sensor_set_section`). Sensor i has the bias b_i, the scale-factor
 error k_i, the tilts M_ij of its sensitive axis h_i towards the two axes a_ij perpendicular to it, and the noise n_i.
 The error of x̂ is that of a triad with
 
@@ -43,7 +43,7 @@ from sinssim.sensors.imu.error_term_table import CORRELATION_TIME, FIELDS, of_tr
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets.sensor_set import Redundant, along, estimator
+from sinssim.sensors.sets.sensor_set_section import Redundant, along, estimator
 from sinssim.sensors.sets.single_sensors import axes_about
 
 _NOISES = [term.field for term in of_triad("gyro") if term.source and not term.drawn]

@@ -41,7 +41,7 @@ from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu, draw
 from sinssim.sensors.imu.rotation_encoder import EncoderErrors, draw_encoders
 from sinssim.sensors.sets.fault_detection import Monitored, combine, monitor
-from sinssim.sensors.sets.sensor_set import AttitudeSensor, Platform, Redundant, SixAccelerometers
+from sinssim.sensors.sets.sensor_set_section import AttitudeSensor, Platform, Redundant, SixAccelerometers
 from sinssim.sensors.sets.single_sensors import (
     APART,
     SingleSensors,

@@ -38,7 +38,7 @@ from sinssim.sensors.imu.error_term_table import CALIBRATED
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu, draw
-from sinssim.sensors.sets.sensor_set import Redundant, along
+from sinssim.sensors.sets.sensor_set_section import Redundant, along
 
 # Each further triad of accelerometers has its own seed, far from those of scenarios.
 APART = 1 << 32

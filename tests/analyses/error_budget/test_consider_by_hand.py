@@ -19,8 +19,8 @@ from sinssim.analyses.error_budget.error_sources import (
     SensorProcess,
     Source,
 )
-from sinssim.analyses.error_budget.share_propagation import Propagation, RunningProcess, Walk
 from sinssim.analyses.error_budget.source_effects import Snapshot, StepEffects
+from sinssim.analyses.error_budget.source_propagation import Propagation, RunningProcess, Walk
 from sinssim.data import Array, Measurements
 from sinssim.estimation.linearisation import Observed
 

@@ -39,8 +39,8 @@ from sinssim.analyses.error_budget.error_sources import (
     SensorProcess,
     Source,
 )
-from sinssim.analyses.error_budget.share_propagation import Propagation
 from sinssim.analyses.error_budget.source_effects import Marks, Shares, add_rounding, remainder_noise
+from sinssim.analyses.error_budget.source_propagation import Propagation
 from sinssim.errors import InputError
 from sinssim.estimation.error_dynamics import NominalMotion
 from sinssim.sensors.imu.error_term_table import FIELDS

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from sinssim.analyses.error_budget.share_propagation import Flicker, GaussMarkov, Process, Walk
+from sinssim.analyses.error_budget.source_propagation import Flicker, GaussMarkov, Process, Walk
 from sinssim.data import Array
 from sinssim.sensors import flicker
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sinssim.analyses.error_budget.covariance_propagation import CORE, Vertical, _with_loop
-from sinssim.analyses.error_budget.share_propagation import GaussMarkov, NavigationStep, Propagation, Reading, Walk
+from sinssim.analyses.error_budget.source_propagation import GaussMarkov, NavigationStep, Propagation, Reading, Walk
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.estimation.error_dynamics import NominalMotion
 

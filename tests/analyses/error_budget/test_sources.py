@@ -22,7 +22,7 @@ from sinssim.analyses.error_budget.error_sources import (
     inertial_noises,
     initial_errors,
 )
-from sinssim.analyses.error_budget.share_propagation import AlongWay, Flicker, GaussMarkov, Sum, Walk
+from sinssim.analyses.error_budget.source_propagation import AlongWay, Flicker, GaussMarkov, Sum, Walk
 from sinssim.data import Array
 from sinssim.sensors.aiding_sensor import SensorState
 from sinssim.truth.true_gravity_disturbance import RemainderModel

@@ -13,7 +13,7 @@ from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets import sensor_set
+from sinssim.sensors.sets import sensor_set_section as sensor_set
 from sinssim.sensors.sets.fault_detection import combine
 from sinssim.sensors.sets.redundant_errors import combined_errors, combined_sigma, spread
 from sinssim.sensors.sets.sensor_readings import draw_true_errors, read

@@ -10,7 +10,7 @@ from scipy import stats
 
 from sinssim.errors import InputError
 from sinssim.sensors.sets.fault_detection import missed_detection, smallest_fault, smallest_noncentrality, threshold
-from sinssim.sensors.sets.sensor_set import READY, parity_matrix
+from sinssim.sensors.sets.sensor_set_section import READY, parity_matrix
 
 
 @pytest.mark.parametrize(

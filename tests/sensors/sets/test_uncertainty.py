@@ -15,7 +15,7 @@ from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.redundant_errors import Inputs, accumulated_inputs, noise_variance
-from sinssim.sensors.sets.sensor_set import READY
+from sinssim.sensors.sets.sensor_set_section import READY
 from sinssim.sensors.sets.single_sensors import axes_about
 
 RATE = 50.0

@@ -17,7 +17,7 @@ from sinssim.experiments.run.run_result import Part, side_by_side
 from sinssim.experiments.run.summary_types import ErrorNumbers, Number
 from sinssim.recording.streams import Stream, other_error_stream
 from sinssim.scenario.plan_summary import redundant_words
-from sinssim.sensors.sets.sensor_set import Redundant, dilution
+from sinssim.sensors.sets.sensor_set_section import Redundant, dilution
 from sinssim.simulation.navigation_stage import Navigated, what_if
 from sinssim.strapdown.navigation_error import error_numbers
 from sinssim.truth.sampling import FlightEvent
