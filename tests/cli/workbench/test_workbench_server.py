@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import re
@@ -66,8 +67,11 @@ def test_nothing_without_the_token(bench: Served, token: str, path: str) -> None
 @pytest.mark.parametrize("host", ["evil.example:{}", "127.0.0.1.evil.example", "", "localhost.:{}", "[::2]:{}"])
 def test_another_machine_s_name_is_refused(bench: Served, host: str) -> None:
     before = everything(bench)
-    answers = bench.ask("runs", Host=host.format(bench.port)), bench.ask("save", SAVE, Host=host.format(bench.port))
-    assert [answer.status for answer in answers] in ([421, 421], [400, 400])  # without a name, it is no request
+    name = host.format(bench.port)
+    statuses = [bench.ask("runs", Host=name).status]
+    with contextlib.suppress(ConnectionResetError):  # the server need not read the body before it answers and hangs up
+        statuses.append(bench.ask("save", SAVE, Host=name).status)
+    assert set(statuses) == ({421} if host else {400})  # without a name, it is no request
     assert everything(bench) == before
 
 
