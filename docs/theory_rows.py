@@ -294,7 +294,7 @@ CHAPTER = (
         (
             "strapdown.frames.wander_free_transverse.solve",
             "strapdown.frames.inertial.solve",
-            "strapdown.frames.transverse_route.route_pole",
+            "strapdown.frames.route_pole.route_pole",
         ),
         (_FRAMES + "all_frames_meet_the_truth", _FRAMES + "over_the_pole"),
     ),

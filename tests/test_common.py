@@ -29,7 +29,7 @@ from sinssim.arguments import (
 from sinssim.data import ImuData, Measurements, NavSolution, NavState
 from sinssim.earth.ellipsoids import normal
 from sinssim.errors import InputError, SinssimWarning, nearest, printable, respelled, shortened, unknown_name, warn
-from sinssim.strapdown.frames.transverse_route import (
+from sinssim.strapdown.frames.route_pole import (
     distance_from_pole,
     nearest_allowed,
     route_along,

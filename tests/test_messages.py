@@ -46,15 +46,15 @@ from sinssim.recording.rerun.viewer import _is_timed
 from sinssim.scenario import load_scenario
 from sinssim.scenario.overrides import parse_value
 from sinssim.scenario.true_motion import fly
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import _check_triad
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.laser_gyro import detuning, path_change
 from sinssim.sensors.sets.fault_detection import threshold
 from sinssim.simulation.foreign_navigator import VARIABLE, check_permission, check_programs
 from sinssim.statistics.random_numbers import key
 from sinssim.statistics.requirements import parse_requirement, tally
 from sinssim.strapdown.attitude import functional_iteration
-from sinssim.strapdown.frames.transverse_route import route_pole
+from sinssim.strapdown.frames.route_pole import route_pole
 from sinssim.system.extensions import _kind_of, items_of
 from sinssim.system.files import MARK, check_directory, check_place
 from sinssim.truth.curve import checked_knots

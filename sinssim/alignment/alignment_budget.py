@@ -45,8 +45,8 @@ from sinssim.errors import InputError, check_name
 from sinssim.sensors import flicker
 from sinssim.sensors.imu.emulation import of_output
 from sinssim.sensors.imu.error_term_table import of_triad
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp, check_sigmas
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.redundant_errors import combined_sigma
 

@@ -42,8 +42,8 @@ from sinssim.data import Array, ImuData, Measurements, NavState
 from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, RunError
 from sinssim.sensors.imu.compensation import MeanGyroRates, compensate
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 
 WINDOW = 20.0
 """Length of the windows, s: long enough for fixes to show a change of velocity, short enough for many of them."""

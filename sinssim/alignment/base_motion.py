@@ -39,7 +39,7 @@ from sinssim.alignment.parked_theory import Angles, Coefficients
 from sinssim.data import Array, ImuData
 from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.errors import InputError
-from sinssim.sensors.imu.imu_keys import TriadErrors
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.units import ARCSEC, G0
 
 

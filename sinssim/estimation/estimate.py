@@ -41,7 +41,7 @@ from sinssim.sensors.imu.compensation import MeanGyroRates
 from sinssim.sensors.imu.rotation_encoder import Encoders
 from sinssim.sensors.measurement_kind import CORE
 from sinssim.sensors.vibration_noise import AddedNoise, vibration
-from sinssim.strapdown.frames.transverse_route import route_along
+from sinssim.strapdown.frames.route_pole import route_along
 from sinssim.strapdown.mechanization import Mechanization, Options, chosen
 from sinssim.strapdown.navigate import Segments, navigate, navigate_in_field
 from sinssim.strapdown.navigation_error import axes_of

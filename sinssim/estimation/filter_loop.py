@@ -29,8 +29,8 @@ from sinssim.estimation.unscented_cubature_ensemble import by_group, filter_of
 from sinssim.filter_registry import LINEAR
 from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.sensors.imu.compensation import compensate_checked
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.measurement_kind import CORE, PHI
 from sinssim.strapdown.navigate import Segments
 

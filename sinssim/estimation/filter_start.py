@@ -12,8 +12,8 @@ from sinssim.alignment.initial_conditions import STATES, aligned_at_rest, initia
 from sinssim.data import Array, ImuData, Measurements, NavState
 from sinssim.estimation.state_model import FLICKER, Block, ErrorModel
 from sinssim.filter_registry import GRAVITY
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.measurement_kind import CORE, PHI
 
 

@@ -30,8 +30,8 @@ from sinssim.sensors import flicker
 from sinssim.sensors.aiding_registry import own_errors
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import FIELDS, SLOTS, TERMS
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp, check_sigmas
-from sinssim.sensors.imu.imu_keys import TriadErrors
 
 _NED = ("north", "east", "down")
 _BODY = ("forward", "right", "down")

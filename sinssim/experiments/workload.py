@@ -186,7 +186,7 @@ class TooLongError(InputError):
 
 def flight_wait(scenario: Scenario) -> float:
     """Return how long the flight of a scenario takes to be flown, s; 0 if it is in the cache, and for other motions."""
-    from sinssim.truth.flight.flight import is_cached
+    from sinssim.truth.flight.flight_cache import is_cached
 
     if scenario.flight is None or is_cached(scenario.flight, scenario.seed):
         return 0.0

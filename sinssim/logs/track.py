@@ -30,10 +30,10 @@ from sinssim.truth.trajectory import Trajectory
 from sinssim.units import DEG
 
 if TYPE_CHECKING:
-    from sinssim.truth.track.knots import Knots, TrackOptions
     from sinssim.truth.track.planned_route import Route, Timetable
     from sinssim.truth.track.track_curve import TrackFit
     from sinssim.truth.track.track_samples import TrackSamples
+    from sinssim.truth.track.track_smoothing import Knots, TrackOptions
 
 _Smoothing = Annotated[float, Field(ge=0.0, le=1e4)]
 _Distance = Annotated[float, Field(gt=0.0, le=1e6)]
@@ -372,7 +372,7 @@ def _of_recording(track: Track, earth: TrueEarth) -> PreparedTrack:
 
 
 def _options(track: Track) -> TrackOptions:
-    from sinssim.truth.track.knots import TrackOptions
+    from sinssim.truth.track.track_smoothing import TrackOptions
     from sinssim.truth.track.vehicle_attitude import VEHICLES
 
     smoothing, chosen = track.smoothing_s, "as given"
@@ -396,10 +396,10 @@ def _options(track: Track) -> TrackOptions:
 
 def _planned(track: Track, earth: TrueEarth) -> PreparedTrack:
     from sinssim.truth.curve import Curve
-    from sinssim.truth.track.knots import knots_of_path
     from sinssim.truth.track.planned_route import Route, Timetable
     from sinssim.truth.track.track_curve import assess
     from sinssim.truth.track.track_samples import TrackSamples
+    from sinssim.truth.track.track_smoothing import knots_of_path
     from sinssim.truth.track.vehicle_attitude import VEHICLES
 
     vehicle = VEHICLES[track.vehicle]

@@ -43,8 +43,8 @@ from sinssim.sensors import flicker
 from sinssim.sensors.aiding.magnetometer import Magnetometer
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import of_triad
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.sets.redundant_errors import maps, spread
 from sinssim.sensors.sets.sensor_set_section import Redundant
 from sinssim.sensors.vibration_noise import AddedNoise, Change

@@ -17,7 +17,7 @@ from sinssim.errors import InputError, warn
 from sinssim.frame_registry import FRAME_REGISTRY
 from sinssim.logs.track import Track
 from sinssim.scenario.tables import Tables
-from sinssim.strapdown.frames.transverse_route import (
+from sinssim.strapdown.frames.route_pole import (
     RADIUS,
     distance_from_pole,
     nearest_allowed,

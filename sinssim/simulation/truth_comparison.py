@@ -19,8 +19,8 @@ from sinssim.estimation.state_model import FLICKER, INERTIAL, NAVIGATION, crossi
 from sinssim.filter_registry import GRAVITY
 from sinssim.sensors.aiding_sensor import AidingReadings
 from sinssim.sensors.flicker import smoothed_over
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.sets.fault_detection import combine
 from sinssim.sensors.sets.redundant_errors import combined_errors
 from sinssim.sensors.sets.sensor_readings import TrueErrors

@@ -98,7 +98,7 @@ def conditional(state: NavState | NavSolution, pole: Array, start: tuple[float, 
     """Return a motion in the conditional coordinates of a route: N rows.
 
     `pole` is that of the route's great circle, to the left of the route, see
-    `sinssim.strapdown.frames.transverse_route.route_pole`; `start` are latitude and longitude of its start, rad, by
+    `sinssim.strapdown.frames.route_pole.route_pole`; `start` are latitude and longitude of its start, rad, by
     default those of the first row.
     """
     first = (float(state.latitude[0]), float(state.longitude[0])) if start is None else start

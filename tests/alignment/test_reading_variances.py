@@ -9,8 +9,8 @@ import pytest
 
 from sinssim.alignment.alignment_budget import reading_variances
 from sinssim.data import Array
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from tests.oracles.imu_model import output, temperature
 
 RATE, FORCE = np.array([0.4, -0.2, 0.5]), np.array([1.5, -2.5, -9.2])

@@ -20,8 +20,8 @@ from sinssim.charts import Bars, Chart, Dots, Line, Remark, Rule
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.recording.console import show
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from tests.recording.by_hand import ARCMIN, printed
 from tests.recording.shown import chart_of, marks_of, same
 

@@ -13,8 +13,8 @@ from sinssim.estimation.error_dynamics import reading_error
 from sinssim.estimation.filter_start import _slow, at_rest
 from sinssim.scenario import load_scenario
 from sinssim.scenario.filter_model import choice, filter_model, inertial_sigma, notes, states
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from tests.slow import slow
 
 NOISES = {"gyro_flicker_deg_h": 0.05, "gyro_arw_deg_sqrt_h": 0.0005, "accel_flicker_ug": 20.0, "rate_hz": 5.0}

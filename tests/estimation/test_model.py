@@ -10,8 +10,8 @@ from sinssim.alignment.initial_conditions import STATES
 from sinssim.errors import InputError
 from sinssim.estimation import BLOCKS, Block, ErrorModel, error_model
 from sinssim.sensors import flicker
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu
 
 NAVIGATION = (Block("position", 10.0), Block("velocity", 0.1), Block("attitude", (1e-3, 1e-3, 1e-2)))

@@ -12,8 +12,8 @@ from sinssim.data import ImuData, NavSolution, NavState
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.estimation.linearisation import at, motion, near, solution_of
 from sinssim.sensors.imu.compensation import MeanGyroRates
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from tests.oracles import error_equations as oracle
 
 LATITUDE, LONGITUDE, HEIGHT = 0.9, -3.14158, 800.0

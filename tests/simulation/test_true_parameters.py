@@ -8,8 +8,8 @@ import pytest
 from sinssim.data import ImuData
 from sinssim.estimation.state_model import error_model
 from sinssim.sensors.imu import emulation
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.sets.sensor_readings import TrueErrors
 from sinssim.sensors.sets.sensor_set_section import Redundant
 from sinssim.sensors.sets.single_sensors import APART

@@ -11,7 +11,7 @@ from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth import WGS84
 from sinssim.errors import InputError
 from sinssim.frame_registry import FRAME_REGISTRY
-from sinssim.strapdown.frames.transverse_route import route_pole
+from sinssim.strapdown.frames.route_pole import route_pole
 from sinssim.strapdown.motion_coordinates import conditional, earth_fixed, inertial, level_axes
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 

@@ -17,8 +17,8 @@ from sinssim import NavState, rotation
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError, RunError
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import Fault, ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.sets.sensor_readings import PlatformErrors
 from sinssim.strapdown.gimballed_platform import Forces, PlatformSolution, inertial_forces, navigate_platform
 from sinssim.strapdown.mechanization import Mechanization

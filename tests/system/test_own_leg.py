@@ -11,7 +11,7 @@ import sinssim
 from sinssim.errors import InputError, RunError
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.system.registries import forget, registered
-from sinssim.truth.flight.flight import flight_key
+from sinssim.truth.flight.flight_cache import flight_key
 from tests.extending.pages import read_page
 from tests.system.test_installed import install
 

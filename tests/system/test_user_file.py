@@ -26,7 +26,7 @@ OWN = {
     "experiments/run": "run directories",
     "logs/stored_run.py": "run directories",
     "system": "this function, marks of output directories, caches, limits of the machine",
-    "truth/flight/flight.py": "cached flights",
+    "truth/flight/flight_cache.py": "cached flights",
     "earth/harmonic_coefficients.py": "a file of the package",
     "cli/commands/content.py": "views, which the package imports",
     "scenario/schema.py": "the summary of a run directory",

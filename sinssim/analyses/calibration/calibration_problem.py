@@ -38,8 +38,8 @@ from sinssim.scenario.tables import CalibrationSection
 from sinssim.scenario.true_motion import mounting
 from sinssim.sensors.imu.compensation import compensate_checked
 from sinssim.sensors.imu.error_term_table import TERMS, of_triad
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.statistics.chi_square import mean_square_band
 from sinssim.truth.motions.turntable import Turntable

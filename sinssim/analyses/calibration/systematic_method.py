@@ -41,8 +41,8 @@ from sinssim.rotation.quaternions import (
     rotate_k,
 )
 from sinssim.rotation.vectors import add, along, column, cross, keep_column, mul, resolved
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.units import DEG, DEG_H
 
 BIAS, SCALE, TILT, ARM = range(4)

@@ -39,8 +39,8 @@ from sinssim.scenario.navigation_section import InitialErrorSection
 from sinssim.scenario.true_motion import unknown_field
 from sinssim.sensors.imu.emulation import perfect_increments
 from sinssim.sensors.imu.error_term_table import FIELDS, TERMS
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.measurement_kind import CORE
 from sinssim.sensors.sets.sensor_set_section import Redundant, along
 from sinssim.simulation.navigation_stage import solve

@@ -482,6 +482,6 @@ def flight_digest(scenario: Scenario) -> str:
         return scenario.track.digest()
     if scenario.flight is None:
         return ""
-    from sinssim.truth.flight.flight import flight_key
+    from sinssim.truth.flight.flight_cache import flight_key
 
     return flight_key(scenario.flight, scenario.seed)

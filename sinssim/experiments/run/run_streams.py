@@ -29,7 +29,7 @@ from sinssim.recording.streams import (
 from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.strapdown import motion_coordinates
-from sinssim.strapdown.frames.transverse_route import route_pole
+from sinssim.strapdown.frames.route_pole import route_pole
 
 if TYPE_CHECKING:
     from sinssim.data import Measurements

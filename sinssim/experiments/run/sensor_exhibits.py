@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from sinssim.scenario import Scenario
     from sinssim.sensors.imu.error_term import ErrorTerm
     from sinssim.sensors.imu.faults import ImuFault
+    from sinssim.sensors.imu.generated_imu_keys import TriadErrors
     from sinssim.sensors.imu.grades import TriadGrade
     from sinssim.sensors.imu.imu_errors import ImuErrors
-    from sinssim.sensors.imu.imu_keys import TriadErrors
     from sinssim.sensors.imu.imu_section import Imu
     from sinssim.sensors.sets.sensor_readings import AttitudeSensorErrors, PlatformErrors, Readings, TrueErrors
     from sinssim.simulation.truth_and_sensors import Sensed

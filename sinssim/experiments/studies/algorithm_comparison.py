@@ -60,7 +60,7 @@ from sinssim.experiments.workload import (
 )
 from sinssim.progress import Progress, shown
 from sinssim.statistics.circular_error import mean_rate, rate_uncertainty
-from sinssim.strapdown.frames.transverse_route import route_pole
+from sinssim.strapdown.frames.route_pole import route_pole
 from sinssim.strapdown.mechanization import OF_TRUTH, Mechanization
 from sinssim.strapdown.navigation_error import NavError, navigation_error
 from sinssim.system.process import machine_memory

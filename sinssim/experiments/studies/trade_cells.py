@@ -21,7 +21,7 @@ from sinssim.scenario.schema import Scenario
 from sinssim.scenario.true_motion import true_motion
 from sinssim.simulation.total_system_error import check_path
 from sinssim.statistics.requirements import COMPONENTS, SHARES, Quantity, Verdict, VerdictInUnit, quantity_of
-from sinssim.truth.flight.flight import flight_key
+from sinssim.truth.flight.flight_cache import flight_key
 from sinssim.units import NAUTICAL_MILE
 
 if TYPE_CHECKING:

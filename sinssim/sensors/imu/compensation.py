@@ -27,8 +27,8 @@ from sinssim.arguments import checked_imu
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError, shortened
 from sinssim.sensors.imu.error_term_table import CALIBRATED, TERMS, of_triad
+from sinssim.sensors.imu.generated_imu_keys import CompensationKeys, TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors, draw_triad
-from sinssim.sensors.imu.imu_keys import CompensationKeys, TriadErrors
 from sinssim.sensors.imu.imu_section import Imu, Places
 from sinssim.sensors.imu.size_effect import at_the_elements
 from sinssim.toml_file import read_toml

@@ -77,8 +77,8 @@ from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
 from sinssim.sensors.imu.compensation import compensate
 from sinssim.sensors.imu.error_term_table import DTHETA_STEP, DVEL_STEP
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu, draw
 from sinssim.sensors.imu.size_effect import rectified, what_is_felt
 from sinssim.truth.trajectory import Trajectory

@@ -15,7 +15,7 @@ from sinssim.data import Array, short_repr
 from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import FIELDS, SLOTS, of_triad
-from sinssim.sensors.imu.imu_keys import TriadErrors
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.laser_gyro import NullShift
 
 FaultKind = Literal["dropout", "freeze", "spike", "bias-step", "saturation", "jitter"]

@@ -30,9 +30,9 @@ from sinssim.sensors.imu.datasheet_lines import ErrorTable
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS, of_triad
 from sinssim.sensors.imu.faults import ImuFault
+from sinssim.sensors.imu.generated_imu_keys import ImuKeys, TriadErrors
 from sinssim.sensors.imu.grades import GradeName, find_grade
 from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp, draw_triad
-from sinssim.sensors.imu.imu_keys import ImuKeys, TriadErrors
 from sinssim.sensors.imu.laser_gyro import LaserGyros, NullShift
 from sinssim.sensors.sets.sensor_set_section import Gyros, Redundant, SensorSet
 from sinssim.toml_section import LeverArm, Positive, Vector3

@@ -37,8 +37,8 @@ import numpy as np
 
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.truth.sampling import integrate_samples
 from sinssim.truth.trajectory import Trajectory
 

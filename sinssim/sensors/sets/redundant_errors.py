@@ -40,8 +40,8 @@ from sinssim.data import Array
 from sinssim.sensors.flicker import variance_of_mean
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import CORRELATION_TIME, FIELDS, of_triad
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.sensor_set_section import Redundant, along, estimator
 from sinssim.sensors.sets.single_sensors import axes_about

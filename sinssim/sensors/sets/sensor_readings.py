@@ -36,8 +36,8 @@ from sinssim.errors import InputError
 from sinssim.sensors.imu.compensation import Compensation
 from sinssim.sensors.imu.emulation import measured_increments, perfect_increments
 from sinssim.sensors.imu.error_term_table import OF_TURNS, of_triad
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu, draw
 from sinssim.sensors.imu.rotation_encoder import EncoderErrors, draw_encoders
 from sinssim.sensors.sets.fault_detection import Monitored, combine, monitor

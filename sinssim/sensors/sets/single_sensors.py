@@ -35,8 +35,8 @@ from sinssim.errors import InputError, shortened
 from sinssim.sensors.imu.compensation import compensate_checked
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.error_term_table import CALIBRATED
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu, draw
 from sinssim.sensors.sets.sensor_set_section import Redundant, along
 

@@ -52,8 +52,8 @@ from sinssim.strapdown.frames.navigation_problem import (
     forces_k,
     keep_k,
 )
+from sinssim.strapdown.frames.route_pole import route_pole, too_near
 from sinssim.strapdown.frames.three_rate_schedule import Fixed, Schedule, Slow, ahead_k, three_rate_engines
-from sinssim.strapdown.frames.transverse_route import route_pole, too_near
 from sinssim.strapdown.frames.vertical_channel import (
     Channel,
     Loop,

@@ -20,8 +20,8 @@ from sinssim.earth.geodetic_coordinates import ecef_to_geodetic, geodetic_to_ece
 from sinssim.errors import InputError, check_name
 from sinssim.truth.curve import Curve
 from sinssim.truth.sampling import Channel, FlightEvent
-from sinssim.truth.track.knots import Knots, TrackOptions, knots_of_samples
 from sinssim.truth.track.track_samples import TrackSamples, checked_samples
+from sinssim.truth.track.track_smoothing import Knots, TrackOptions, knots_of_samples
 from sinssim.truth.track.vehicle_attitude import Pitch, VehicleName
 from sinssim.units import DEG, G0
 
@@ -381,7 +381,7 @@ def from_samples(
 
     The curve starts at the time of the first sample, counted as 0. Without attitude, heading, pitch and roll follow
     from the motion, see `sinssim.truth.track.vehicle_attitude`; noise is smoothed as
-    `sinssim.truth.track.knots` says.
+    `sinssim.truth.track.track_smoothing` says.
 
     Args:
         time: instants, increasing, (N,) s, N ≥ 2.

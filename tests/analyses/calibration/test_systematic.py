@@ -15,8 +15,8 @@ from sinssim.scenario import Scenario
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.compensation import compensate
 from sinssim.sensors.imu.emulation import emulate
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import draw
 from sinssim.statistics.percentiles import percentile
 from sinssim.toml_file import tomllib

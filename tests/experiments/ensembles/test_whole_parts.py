@@ -211,7 +211,9 @@ def test_tables_of_groups_of_runs(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
 def test_a_plan_knows_the_motion_that_its_runs_are_of(monkeypatch: pytest.MonkeyPatch) -> None:
     """A changed track or flight is another ensemble; a vehicle at rest has neither."""
     recorded = SimpleNamespace(digest=lambda: "digest of a")
-    monkeypatch.setattr("sinssim.truth.flight.flight.flight_key", lambda flight, seed: f"key of {flight} with {seed}")
+    monkeypatch.setattr(
+        "sinssim.truth.flight.flight_cache.flight_key", lambda flight, seed: f"key of {flight} with {seed}"
+    )
     for track, flown, said in ((recorded, None, "digest of a"), (None, "b", "key of b with 7"), (None, None, "")):
         assert plans.flight_digest(SimpleNamespace(track=track, flight=flown, seed=7)) == said  # type: ignore[arg-type]
 

@@ -17,7 +17,7 @@ from sinssim.experiments.run.run_execution import run
 from sinssim.experiments.run.run_streams import CoordinateStreams
 from sinssim.recording.streams import Stream
 from sinssim.scenario import Scenario
-from sinssim.strapdown.frames.transverse_route import route_pole
+from sinssim.strapdown.frames.route_pole import route_pole
 from sinssim.strapdown.motion_coordinates import conditional, earth_fixed, inertial, level_axes
 
 

@@ -12,8 +12,8 @@ from sinssim.experiments.run import sensor_exhibits as compared
 from sinssim.experiments.run import sensor_exhibits as report
 from sinssim.experiments.run.sensor_exhibits import SensorComparison
 from sinssim.sensors.imu.faults import BiasStep, Dropout, Spike
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import WarmUp
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.sensor_readings import AttitudeSensorErrors
 from sinssim.units import ANGLE_SCALE, SPEED_SCALE

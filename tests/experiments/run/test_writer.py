@@ -18,7 +18,7 @@ from sinssim.exhibits import Sentence
 from sinssim.experiments.run import run_files
 from sinssim.experiments.run.filter_summary import Moment
 from sinssim.experiments.run.run_result import Part
-from sinssim.strapdown.frames.transverse_route import route_pole
+from sinssim.strapdown.frames.route_pole import route_pole
 from sinssim.truth.sampling import FlightEvent
 
 TIME = np.array([50.0, 50.5, 51.5])

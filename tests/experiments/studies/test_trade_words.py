@@ -50,7 +50,7 @@ def test_what_is_computed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, keys:
 
 def test_the_time_of_flights(monkeypatch: pytest.MonkeyPatch) -> None:
     """JSBSim flies 250 times as fast as real time; a flight in the cache takes no time, nor does another motion."""
-    monkeypatch.setattr("sinssim.truth.flight.flight.is_cached", lambda flight, seed: flight == "known")
+    monkeypatch.setattr("sinssim.truth.flight.flight_cache.is_cached", lambda flight, seed: flight == "known")
     monkeypatch.setattr(workload, "expected_duration", lambda scenario: scenario.lasts)
     flights = (("new", 1000.0, 4.0), ("known", 2000.0, 0.0), (None, 3000.0, 0.0), ("other", 500.0, 2.0))
     for flight, lasts, wait in flights:

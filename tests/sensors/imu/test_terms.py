@@ -10,7 +10,7 @@ import pytest
 
 from sinssim.sensors.imu.datasheet_lines import to_si
 from sinssim.sensors.imu.error_term_table import FIELDS, SLOTS, TERMS
-from sinssim.sensors.imu.imu_keys import TriadErrors
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from tests.sensors.imu import write_fields
 
 _DEG = math.pi / 180.0

@@ -13,8 +13,8 @@ from sinssim.scenario import Scenario
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors import draw
 from sinssim.sensors.imu.emulation import emulate
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.imu.size_effect import rectified
 from sinssim.truth.motions.mounted_block import Vibrating

@@ -1,4 +1,4 @@
-"""Writes `sinssim/sensors/imu/imu_keys.py`, the fields that follow from the table of terms, so that editors show them.
+"""Writes `sinssim/sensors/imu/generated_imu_keys.py`: what follows from the table of terms, so that editors show it.
 
 python -m tests.sensors.imu.write_fields
 """
@@ -13,7 +13,7 @@ from sinssim.sensors.imu import error_term_table
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import FIELDS, SLOTS, TERMS
 
-FILE = Path(error_term_table.__file__).with_name("imu_keys.py")
+FILE = Path(error_term_table.__file__).with_name("generated_imu_keys.py")
 
 _WIDTH = 120
 _HEAD = '''"""The fields that follow from the table of terms: the errors of a triad, and the keys of error terms.

@@ -9,7 +9,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from sinssim.sensors.imu.faults import ImuFault
-from sinssim.sensors.imu.imu_keys import TriadErrors
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.single_sensors import emulate_accelerometers
 

@@ -10,8 +10,8 @@ import pytest
 from sinssim.data import Array, ImuData
 from sinssim.sensors.imu.compensation import Compensation, compensate
 from sinssim.sensors.imu.emulation import emulate
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets import sensor_set_section as sensor_set
 from sinssim.sensors.sets.fault_detection import combine

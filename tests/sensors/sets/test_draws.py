@@ -10,8 +10,8 @@ import pytest
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.sensors.imu.emulation import emulate
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu, draw
 from sinssim.sensors.imu.rotation_encoder import EncoderErrors, Encoders, draw_encoders, read_angles
 from sinssim.sensors.sets.redundant_errors import noise_variance

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from sinssim.data import DROPPED, FROZEN, SATURATED, ImuData
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.redundant_errors import combined_sigma
 from sinssim.sensors.sets.sensor_readings import _combined, _compensated, axis_flags, unmonitored

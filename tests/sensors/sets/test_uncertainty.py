@@ -11,8 +11,8 @@ import pytest
 from sinssim.data import ImuData
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.error_term_table import TERMS, of_triad
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.imu.imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sets.redundant_errors import Inputs, accumulated_inputs, noise_variance
 from sinssim.sensors.sets.sensor_set_section import READY

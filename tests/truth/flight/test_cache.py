@@ -11,8 +11,8 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from sinssim.truth.curve import Curve
-from sinssim.truth.flight import flight as flight_cache
-from sinssim.truth.flight.flight import cached_flight, flight_key
+from sinssim.truth.flight import flight_cache
+from sinssim.truth.flight.flight_cache import cached_flight, flight_key
 from sinssim.truth.flight.flight_log import FlightLog, flight_log
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.jsbsim_simulation import fly_plan

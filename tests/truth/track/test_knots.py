@@ -14,10 +14,10 @@ from sinssim.errors import InputError
 from sinssim.logs import track as track_file
 from sinssim.logs.track import Track, _options
 from sinssim.truth.motion import NORMAL_EARTH
-from sinssim.truth.track import knots as module
-from sinssim.truth.track.knots import TrackOptions, knots_of_samples
+from sinssim.truth.track import track_smoothing as module
 from sinssim.truth.track.route_waypoint import Waypoint
 from sinssim.truth.track.track_samples import TrackSamples
+from sinssim.truth.track.track_smoothing import TrackOptions, knots_of_samples
 from sinssim.truth.track.vehicle_attitude import VEHICLES
 
 NAN = float("nan")
