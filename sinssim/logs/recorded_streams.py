@@ -16,7 +16,7 @@ of the second derivative, so that an oscillation of angular frequency ω is inte
 amplitude: 1 % at 5 Hz and 13 % at 18 Hz for 100 samples per second. A mean rate, or an increment, belongs to the
 interval that ends at its stamp.
 
-A gap is an interval of more than `_GAP` usual ones. It is divided into usual intervals. Rates are interpolated linearly
+A gap is an interval of more than `GAP` usual ones. It is divided into usual intervals. Rates are interpolated linearly
 between both sides of the gap; increments are those of the mean of the rates on both sides.
 """
 
@@ -251,8 +251,9 @@ def _numbers(time: Array, interval: float) -> Array:
     return np.asarray(number - number[0], dtype=np.float64)
 
 
-_GAP = 1.75
-"""Ratio to the usual interval from which samples are missing: between one and two, with room for jitter."""
+GAP = 1.75
+"""Ratio to the usual interval from which samples are missing: the middle between one and two and a half, so that jitter
+of a whole interval is not a gap and a missing sample is."""
 
 
 @dataclass(frozen=True)
@@ -292,7 +293,7 @@ def made_increments(
             'evenly and only its time stamps repeat, set stamps = "even".'
         )
     usual = float(np.median(steps))
-    wide = np.flatnonzero(steps > _GAP * usual)
+    wide = np.flatnonzero(steps > GAP * usual)
     longest = float(steps[wide].max()) - usual if len(wide) else 0.0
     if longest > max_gap:
         k = int(wide[np.argmax(steps[wide])])
@@ -327,14 +328,14 @@ def _intervals(stream: InertialStream, usual: float) -> ImuData:
     count, time = len(stream), stream.time
     steps = np.diff(time, prepend=time[0] - usual)
     if stream.interval is None:
-        covered = np.where(steps > _GAP * usual, usual, steps)[:, None] * np.ones(2)
+        covered = np.where(steps > GAP * usual, usual, steps)[:, None] * np.ones(2)
     else:
         covered = stream.interval
         steps[0] = covered[0].max()
     # mean rates over the intervals that the numbers cover
     by = np.ones((count, 2)) if stream.kind == "rates" else covered
     rates = np.hstack((stream.gyro / by[:, :1], stream.accel / by[:, 1:]))
-    whole = steps <= _GAP * usual
+    whole = steps <= GAP * usual
     if stream.interval is None and stream.kind == "increments":
         sums = np.hstack((stream.gyro, stream.accel))
     else:

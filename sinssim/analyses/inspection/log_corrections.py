@@ -14,7 +14,7 @@ from sinssim.analyses.inspection.stream_inspection import Inspection
 from sinssim.data import Array
 from sinssim.logs.column_description import DIRECTIONS
 from sinssim.logs.column_names import UNITS
-from sinssim.logs.recorded_streams import Clock
+from sinssim.logs.recorded_streams import GAP, Clock
 from sinssim.sensors.aiding.standstill import LEAST_S
 from sinssim.system.files import read_text
 
@@ -140,7 +140,7 @@ def bridges(time: Array, accepted: float) -> tuple[float | None, tuple[float, fl
     """
     steps = np.diff(time)
     usual = float(np.median(steps[steps > 0.0]))
-    lacking = np.where(steps > 1.75 * usual, steps - usual, 0.0)
+    lacking = np.where(steps > GAP * usual, steps - usual, 0.0)
     cuts = np.flatnonzero(lacking > LONGEST_BRIDGE)
     begins, ends = np.append(0, cuts + 1), np.append(cuts, len(time) - 1)
     part = int(np.argmax(time[ends] - time[begins]))

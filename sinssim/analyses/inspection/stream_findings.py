@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array
 from sinssim.errors import printable
+from sinssim.logs.recorded_streams import GAP
 
 Grade = Literal["fact", "doubt", "wrong"]
 
@@ -192,10 +193,6 @@ def _longest_run(axis: Array) -> tuple[int, int]:
     k = int(np.argmax(lengths))
     return int(lengths[k]), int(ends[k] - lengths[k] + 1)
 
-
-GAP = 1.75
-"""Intervals longer than this many median ones are gaps: the middle between one and two and a half, so that jitter of a
-whole interval is not one and a missing sample is."""
 
 _SHOWN_TIMES = 5  # gaps named one by one
 
