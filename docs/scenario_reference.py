@@ -286,7 +286,7 @@ TITLES = {
     "track": "Recorded or planned track",
     "drive": "Drive on a road",
     "voyage": "Voyage of a ship",
-    "rocket": "Flight of a sounding rocket",
+    "rocket": "Flight of a rocket",
     "turntable": "Calibration on a turntable",
     "log": "Recorded sensors",
     "one_component": "One-component system",

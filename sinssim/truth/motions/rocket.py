@@ -1,4 +1,4 @@
-"""The true motion of a sounding rocket, [rocket]: from its pad through the stages, out of the air and back.
+"""The true motion of a rocket, [rocket]: from its pad through the stages, out of the air and back.
 
 The motion is integrated in inertial axes, which are Earth-fixed at time 0:
 
@@ -94,7 +94,7 @@ Elevation = Annotated[float, Field(ge=-90.0, le=90.0)]
 
 
 class Rocket(PlacedMotion):
-    """A sounding rocket: pad, stages with constant thrust along a program of elevation, free fall in space, and the way
+    """A rocket: pad, stages with constant thrust along a program of elevation, free fall in space, and the way
     back to the height of the pad, without a parachute."""
 
     table: ClassVar[str] = "rocket"
