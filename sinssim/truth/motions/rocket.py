@@ -171,6 +171,9 @@ class Rocket(PlacedMotion):
          "give 10 kg/m² or more"),
         (lambda s: s.duration_s is not None and s.duration_s <= s.pad_s,
          "duration_s = {s.duration_s:g} must exceed pad_s = {s.pad_s:g}: the run would end on the pad"),
+        (lambda s: None not in (s.duration_s, s.gravity_turn_s) and s.pad_s + s.gravity_turn_s >= s.duration_s,
+         "gravity_turn_s = {s.gravity_turn_s:g} is after the end of the run, {s.duration_s:g} s with {s.pad_s:g} s on "
+         "the pad: begin the turn earlier"),
     )  # fmt: skip
 
     @property

@@ -315,6 +315,10 @@ def test_defaults_have_no_air_and_a_run_ends_well() -> None:
             ["rocket.program=[]", "rocket.gravity_turn_s=10.0"],
             r"gravity_turn_s = 10: 13 s after lift-off the thrust jumps",
         ),
+        (
+            ["rocket.gravity_turn_s=740.0", "rocket.duration_s=800.0"],
+            r"gravity_turn_s = 740 is after the end of the run, 800 s with 60 s on the pad",
+        ),
         (["rocket.sway_hz=0.5"], r"sway_hz has no effect without sway_arcmin"),
         (["rocket.sway_arcmin=2", "rocket.pad_s=12"], r"pad_s = 12: the sway ends in the last 10 s before lift-off"),
         (["navigation.vertical=baro-loop"], r'"baro-loop" has no meaning for \[rocket\], which leaves the air'),
