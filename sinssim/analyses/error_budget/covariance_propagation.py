@@ -56,6 +56,7 @@ from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.rotation_encoder import encoders_of
 from sinssim.sensors.measurement_kind import CORE, PHI, V
+from sinssim.strapdown.frames.vertical_channel import loop_gains_k
 
 
 @dataclass(frozen=True)
@@ -426,11 +427,11 @@ def _with_loop(
     whole[:, :CORE, :CORE] = f
     if vertical.kind != "baro-loop":
         return whole
-    rate, ellipsoid = 1.0 / vertical.time_constant, motion.trajectory.ellipsoid
+    ellipsoid = motion.trajectory.ellipsoid
     gravity = earth.gravity_ned(nominal.latitude, nominal.height, motion.gravity, ellipsoid)[:, 2]
     curvature = 1.0 / (earth.radii(nominal.latitude, ellipsoid)[1] + nominal.height)
-    first, third = np.full(len(f), 3.0 * rate), np.full(len(f), rate**3)
-    gains = (first, np.asarray(3.0 * rate**2 + 2.0 * gravity * curvature), third)
+    rule = loop_gains_k.py_func  # type: ignore[attr-defined]  # of the navigator's kernel, over arrays
+    gains = np.broadcast_arrays(*rule(vertical.time_constant, gravity, curvature))
     sampled = vertical.readings is not None
     whole[:, 5, _INTEGRAL] = 1.0
     for row, gain in zip((2, 5, _INTEGRAL), gains, strict=True):
