@@ -89,12 +89,8 @@ class Store(ABC):
     """Whether nothing of it is kept."""
 
     def __init__(self, path: Path, *, resume: bool = False, overwrite: bool = False) -> None:
-        """Begin a directory, or continue one.
-
-        Args:
-            resume: whether its contents are continued; a missing or empty directory is begun in any case.
-            overwrite: whether its contents are removed; `resume` goes before it.
-        """
+        """Begin a directory, or continue one with `resume`, for which a missing or empty directory is begun;
+        `overwrite` removes its contents unless they are continued."""
         self.path = path.resolve()
         self._lock: int | None = None
         taken = self.path.exists() and (not self.path.is_dir() or any(p.name != IN_USE for p in self.path.iterdir()))

@@ -27,16 +27,9 @@ Kind = TypeVar("Kind", Study, TradeStudy)
 
 
 def load_study(path: str | Path, overrides: Sequence[str] = ()) -> Study | TradeStudy:
-    """Load and check a study of either kind.
-
-    Args:
-        path: path of a TOML file, or the name of a study as in `sinssim list studies`.
-        overrides: settings "key.path=value" that replace values of the file, for example "axes.1.values=[1.0, 2.0]"
-            (axes, parts and motions are counted from 1).
-
-    Returns:
-        A `Study` if the file has parts, a `TradeStudy` if it has axes.
-    """
+    """Load and check a study of either kind, a TOML file or a name of `sinssim list studies`: a `Study` if it has
+    parts, a `TradeStudy` if it has axes. Overrides replace values, for example "axes.1.values=[1.0, 2.0]" (axes, parts
+    and motions are counted from 1)."""
     if str(path) in list_content("scenarios") and str(path) not in list_content("studies"):
         raise InputError(f"{path} is a scenario, not a study; vary its keys with --vary KEY=VALUES.")
     file = find_content("studies", str(path))

@@ -95,14 +95,8 @@ def styled(draw: Callable[_P, _R]) -> Callable[_P, _R]:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure; no display is needed.
-
-    Args:
-        width, height: inches.
-
-    Returns:
-        The figure; its layout is computed when it is written.
-    """
+    """Return an empty figure of a width and a height in inches, which needs no display; its layout is computed when it
+    is written."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
@@ -192,11 +186,7 @@ def figure_of(charts: Charts) -> Figure:
 
 
 def draw(axes: Axes, chart: Chart, *, legend: bool = True) -> None:
-    """Draw one chart.
-
-    Args:
-        legend: whether the names of the marks are drawn.
-    """
+    """Draw one chart, perhaps without its `legend`, the names of the marks."""
     (_, x), (_, y) = chart.unit(False), chart.unit(True)
     for way, axis in (("x", chart.x), ("y", chart.y)):
         if axis.log:

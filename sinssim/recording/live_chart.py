@@ -50,14 +50,8 @@ def can_live(chart: Chart) -> bool:
 
 
 def live(still: str, chart: Chart, across: Ends, upright: Ends, left: float, *, named: bool) -> str:
-    """Return a chart as HTML: its still picture, and the data from which the script draws it.
-
-    Args:
-        still: the picture, SVG.
-        across, upright: ends of both axes, SI.
-        left: least room left of the curves, px.
-        named: whether the names of its marks are beside it.
-    """
+    """Return a chart as HTML: its still picture, SVG, and the data from which the script draws it: the ends of both
+    axes in SI, the least room `left` of the curves in px, and whether the names of the marks are beside it."""
     (x_unit, x_size), (y_unit, y_size) = chart.unit(False), chart.unit(True)
     if not chart.x.log:
         _, _, x_unit, x_size = style.time_ticks(*across)

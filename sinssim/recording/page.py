@@ -66,12 +66,8 @@ ul { max-width: 60rem; margin: .3rem 0; } li { margin: .15rem 0; }
 
 
 def page(title: str, body: Iterable[str], style: str = "", *, asks: bool = False) -> str:
-    """Return a whole page: HTML; it refers to nothing outside itself.
-
-    Args:
-        title: title in the browser's tab.
-        asks: whether its script asks the server of the page.
-    """
+    """Return a whole page, HTML, with its title in the browser's tab; it refers to nothing outside itself. Its script
+    may ask the server of the page if it `asks`."""
     parts = list(body)
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
@@ -89,14 +85,8 @@ def verbatim(text: str) -> str:
 
 
 def table(heads: Sequence[str], lines: Iterable[Sequence[str]], names: int = 1, above: str = "") -> str:
-    """Return a table.
-
-    Args:
-        heads: HTML of the column heads; a complete `<th…>` is used unchanged.
-        lines: HTML of the cells, row by row; a complete `<td…>` is used unchanged.
-        names: number of columns, from the left, that hold words instead of numbers.
-        above: an additional row of heads above, a complete `<tr>`.
-    """
+    """Return a table of HTML heads and cells, of which a complete `<th…>` or `<td…>` is used unchanged; the first
+    `names` columns hold words instead of numbers, and `above` is an additional row of heads, a complete `<tr>`."""
 
     def cells(tag: str, values: Sequence[str]) -> str:
         return "".join(

@@ -39,11 +39,8 @@ class RunDirectory:
     """
 
     def __init__(self, target: Path, *, overwrite: bool = False) -> None:
-        """Check the place and make the hidden folder.
-
-        Args:
-            overwrite: whether the files that sinssim wrote for an existing run may be replaced.
-        """
+        """Check the place and make the hidden folder; `overwrite` admits that the files that sinssim wrote for an
+        existing run are replaced."""
         self.target = target.resolve()
         self._overwrite = overwrite
         self._made: list[Path] = []
@@ -67,12 +64,8 @@ class RunDirectory:
             raise
 
     def keep(self, *, beside: str = "") -> Path:
-        """Move the run directory into its place.
-
-        Args:
-            beside: suffix of the name under which an incomplete run is kept beside an existing one, which it does not
-                replace.
-        """
+        """Move the run directory into its place; an incomplete run is kept `beside` an existing one, under its name
+        with this suffix, and does not replace it."""
         place = self.target
         if beside and is_taken(place):
             place = _beside(place, beside)
@@ -149,11 +142,8 @@ def _beside(place: Path, ending: str) -> Path:
 
 
 def flagged(imu: ImuData) -> dict[str, int]:
-    """Return the number of flagged samples, for `summary.json`.
-
-    Returns:
-        Number of samples by kind of flag, set by any sensor; empty if the sensors set no flags.
-    """
+    """Return the number of flagged samples by kind of flag, set by any sensor, for `summary.json`; empty if the sensors
+    set no flags."""
     if imu.flags is None:
         return {}
     kinds = {"saturated": SATURATED, "dropped": DROPPED, "frozen": FROZEN}
@@ -161,27 +151,14 @@ def flagged(imu: ImuData) -> dict[str, int]:
 
 
 def flagged_words(flags: Mapping[str, int], samples: int) -> str:
-    """Report the number of flagged samples.
-
-    Args:
-        flags: result of `flagged`.
-
-    Returns:
-        A sentence; empty if there are no flagged samples.
-    """
+    """Report the number of flagged samples of `flagged` in a sentence; "" if there are none."""
     counts = [f"{count:,} {name}" for name, count in flags.items() if count]
     return f"Flagged by the sensors, of {samples:,} samples: {', '.join(counts)}." if counts else ""
 
 
 def plain(value: Any) -> Any:
-    """Return a value that JSON can hold: null in place of non-finite numbers, at any depth.
-
-    Args:
-        value: dictionaries, lists and tuples of numbers, texts and the like.
-
-    Returns:
-        The same value, with None where a float is NaN or infinite.
-    """
+    """Return a value, at any depth of dictionaries, lists and tuples, that JSON can hold: None in place of a float that
+    is NaN or infinite."""
     if isinstance(value, Mapping):
         return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

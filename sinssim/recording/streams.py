@@ -68,11 +68,8 @@ def write_stream(stream: Stream, folder: Path, metadata: Mapping[str, str] | Non
 
 
 def arrow_table(stream: Stream, rows: slice) -> Any:
-    """Return rows of a stream as a `pyarrow.Table`.
-
-    Returns:
-        The column `time_s`, and the columns of all vectors; doubles stay doubles.
-    """
+    """Return rows of a stream as a `pyarrow.Table` with the column `time_s` and the columns of all vectors; doubles
+    stay doubles."""
     import pyarrow as pa
 
     columns = {"time_s": pa.array(stream.time[rows])}
@@ -286,15 +283,9 @@ def reference_stream(reference: Reference) -> Stream:
 
 
 def imu_stream(kind: str, imu: ImuData, *, with_angles: bool = True) -> Stream:
-    """Return the stream `imu_<kind>`; the time of a row is the end of its interval.
-
-    Args:
-        kind: "ideal", "measured" or "compensated".
-        with_angles: whether there are increments of angle, from gyros or from six accelerometers.
-
-    Returns:
-        N rows; with a column of flags for each sensor if the sensors report flags.
-    """
+    """Return the stream `imu_<kind>`, "ideal", "measured" or "compensated", of N rows: the time of a row is the end of
+    its interval. Increments of angle are from gyros or from six accelerometers; there is a column of flags for each
+    sensor if the sensors report flags."""
     vectors = [Vector("dvel", ("dvel_x_mps", "dvel_y_mps", "dvel_z_mps"), imu.dvel)]
     if with_angles:
         vectors.insert(0, Vector("dtheta", ("dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad"), imu.dtheta))
@@ -305,16 +296,9 @@ def imu_stream(kind: str, imu: ImuData, *, with_angles: bool = True) -> Stream:
 
 
 def set_streams(kind: str, readings: Readings) -> list[Stream]:
-    """Return the streams of a sensor set other than increments.
-
-    Args:
-        kind: "ideal" or "measured".
-
-    Returns:
-        `accelerometers_<kind>`, N rows, for six accelerometers; `attitude_<kind>`, N+1 rows, for an attitude sensor;
-        `gyros_<kind>` and `accelerometers_<kind>`, N rows, and `redundancy`, N rows, if it is monitored, for a
-        redundant set.
-    """
+    """Return the streams of a sensor set other than increments, "ideal" or "measured": `accelerometers_<kind>`, N rows,
+    for six accelerometers; `attitude_<kind>`, N+1 rows, for an attitude sensor; `gyros_<kind>` and
+    `accelerometers_<kind>`, N rows, and `redundancy`, N rows, if it is monitored, for a redundant set."""
     streams, time = [], readings.imu.time
     if (single := readings.single) is not None:
         count, flags = single.dtheta.shape[1], single.flags
@@ -351,13 +335,10 @@ def _tests(monitored: Monitored) -> Iterator[Vector]:
 
 
 def other_error_stream(name: str, error: NavError) -> Stream:
-    """Return a stream of errors of a solution for comparison, which has no streams of its own: n+1 rows.
-
-    Args:
-        name: "error_without_monitoring": if a redundant set's faulty sensors had been used;
-            "error_without_errors_of_turns": if the gyros beside a platform had no errors that act in turns only;
-            "error_without_rotation": if the block of the same sensors did not turn.
-    """
+    """Return a stream of errors, n+1 rows, of a solution for comparison, which has no streams of its own:
+    "error_without_monitoring" if a redundant set's faulty sensors had been used; "error_without_errors_of_turns" if the
+    gyros beside a platform had no errors that act in turns only; "error_without_rotation" if the block of the same
+    sensors did not turn."""
     return Stream(
         name,
         error.time,
@@ -370,11 +351,7 @@ def other_error_stream(name: str, error: NavError) -> Stream:
 
 
 def rotation_stream(encoders: Encoders) -> Stream:
-    """Return the stream `rotation`: true and read angles of a block that turns.
-
-    Returns:
-        N+1 rows.
-    """
+    """Return the stream `rotation`, N+1 rows: true and read angles of a block that turns."""
     e = encoders
     true = Computed(len(e.edges), lambda rows: e.turns.angles(e.edges[rows]))
     read = Computed(len(e.edges), lambda rows: e.angles(e.edges[rows]))
@@ -389,14 +366,8 @@ def rotation_stream(encoders: Encoders) -> Stream:
 
 
 def platform_stream(solution: PlatformSolution) -> Stream:
-    """Return the stream `platform`: commanded rates, gimbal angles, drift and readings at the ends of the intervals.
-
-    Args:
-        solution: of a platform's navigator.
-
-    Returns:
-        N rows.
-    """
+    """Return the stream `platform` of its navigator, N rows: commanded rates, gimbal angles, drift and readings at the
+    ends of the intervals."""
     s = solution
     return Stream(
         "platform",
@@ -412,11 +383,8 @@ def platform_stream(solution: PlatformSolution) -> Stream:
 
 
 def nav_stream(name: str, solution: NavSolution) -> Stream:
-    """Return the stream `nav_<algorithm>`: the solution, and the defect of the algorithm's attitude variables.
-
-    Returns:
-        N+1 rows.
-    """
+    """Return the stream `nav_<algorithm>`, N+1 rows: the solution, and the defect of the algorithm's attitude
+    variables."""
     s = solution
     state = _state(s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb)
     return Stream(f"nav_{name}", s.time, (*state, Vector("defect", ("defect",), s.defect[:, np.newaxis])))
@@ -442,11 +410,7 @@ def error_stream(name: str, error_at: Callable[[slice], NavError], time: Array) 
 
 
 def channel_streams(channels: Mapping[str, Channel]) -> list[Stream]:
-    """Return the streams logged along the flight; channels over the same times share a stream.
-
-    Returns:
-        `flight`, and `flight_2`, … for channels over other times.
-    """
+    """Return the streams logged along the flight, `flight`, and `flight_2`, … for channels over other times."""
     groups: list[tuple[Array, list[Vector]]] = []
     for name, channel in channels.items():
         values = channel.values.reshape(len(channel.time), -1)
@@ -462,11 +426,7 @@ def channel_streams(channels: Mapping[str, Channel]) -> list[Stream]:
 
 
 def gravity_stream(values: GravityValues) -> Stream:
-    """Return the stream `gravity`: the true field along the motion, once a second.
-
-    Returns:
-        K rows.
-    """
+    """Return the stream `gravity`: the true field along the motion, once a second."""
     v = values
     columns = {
         "deflection": (("xi_arcsec", v.xi / ARCSEC), ("eta_arcsec", v.eta / ARCSEC)),

@@ -196,21 +196,14 @@ def others(count: int) -> list[Rgb]:
 
 
 def colors(names: Sequence[str]) -> list[Rgb]:
-    """Return one colour per name: the table's colour or, for a name not in the table, the next free one.
-
-    Returns:
-        Red, green, blue of 0…255 each.
-    """
+    """Return one colour per name, red, green, blue of 0…255: the table's colour or, for a name not in the table, the
+    next free one."""
     others = [name for name in names if _known(name) is None]
     return [_known(n) or _other(others.index(n)) for n in names]
 
 
 def stacked_widths(count: int) -> list[float]:
-    """Return line widths for lines that may coincide: each is thinner than the one under it.
-
-    Returns:
-        Widths in points, widest first.
-    """
+    """Return line widths in points for lines that may coincide: each is thinner than the one under it."""
     return [1.5 * 1.8 ** (count - 1 - i) for i in range(count)] if count <= 3 else [1.5] * count
 
 
@@ -273,16 +266,8 @@ _PLOT_ROWS = 16384
 
 
 def envelope(time: Array, values: Array, start: float, end: float, columns: int) -> tuple[Array, Array]:
-    """Thin a line to the least and the greatest value in each column of pixels.
-
-    Args:
-        time: (N,) s, in order.
-        values: (N,).
-        start, end: the time span of the columns, s.
-
-    Returns:
-        Times and values, at most two per column, in order of time; all extremes are kept.
-    """
+    """Thin a line, (N,) at times in order, s, to the least and the greatest value in each column of pixels of a span of
+    time, in order of time; all extremes are kept."""
     if len(time) <= 2 * columns:
         return time, values
     first = np.unique(np.searchsorted(time, np.linspace(start, end, columns + 1)[:-1]))
@@ -326,14 +311,8 @@ def _line_as_seen(line: Line) -> Line:
 
 
 def gaps(angles: Array, turn: float) -> Array:
-    """Return angles with a gap where they jump by a whole turn, so that no line crosses the plot.
-
-    Args:
-        angles: (N,).
-
-    Returns:
-        (N,), NaN at the last angle before a jump.
-    """
+    """Return angles (N,) with a gap, NaN at the last one before it, where they jump by a whole turn, so that no line
+    crosses the plot."""
     jump = np.abs(np.diff(angles)) > 0.5 * turn
     return np.where(np.concatenate((jump, [False])), np.nan, angles)
 
@@ -348,11 +327,8 @@ def ticks(low: float, high: float, count: int, steps: Sequence[float] = (1.0, 2.
 
 
 def tick_label(value: float, step: float) -> str:
-    """Write a tick's number with the digits that distinguish it from its neighbours.
-
-    Returns:
-        For example "0.25", with a true minus sign.
-    """
+    """Write a tick's number, such as "0.25", with the digits that distinguish it from its neighbours and a true minus
+    sign."""
     value = 0.0 if abs(value) < 1e-6 * step else value
     if max(abs(value), step) >= 1e6 or step < 1e-4:
         return f"{value:.3g}".replace("-", "−")
@@ -374,14 +350,8 @@ def thinned(count: int, most: int = _PLOT_ROWS) -> RowNumbers:
 
 
 def log_numbers(low: float, high: float) -> Array:
-    """Return the numbers that a logarithmic axis shows.
-
-    Args:
-        low, high: its ends, 0 < low < high.
-
-    Returns:
-        At most about ten round numbers; powers of ten over more than two and a half of them.
-    """
+    """Return the numbers that a logarithmic axis between two positive ends shows: at most about ten round ones, powers
+    of ten over more than two and a half of them."""
     decades = 10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1.0)
     steps = (1.0, 2.0, 3.0, 5.0, 7.0) if high < 10.0 * low else (1.0, 2.0, 5.0) if high < 300.0 * low else (1.0,)
     at = np.array([decade * step for decade in decades for step in steps])

@@ -39,13 +39,8 @@ def words(text: str) -> str:
 
 
 def element(width: float, height: float, about: str, body: str, more: str = "") -> str:
-    """Return a drawing.
-
-    Args:
-        width, height: px.
-        about: description for readers who cannot see the drawing.
-        more: further attributes.
-    """
+    """Return a drawing of a width and a height in px, described `about` for readers who cannot see it, with `more`
+    attributes."""
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" width="{width:g}" '
         f'height="{height:g}" role="img" aria-label="{html.escape(about)}" font-family="{style.FONTS}" '
@@ -54,12 +49,7 @@ def element(width: float, height: float, about: str, body: str, more: str = "") 
 
 
 def text(x: float, y: float, words: str, anchor: str = "start", kind: str = "", more: str = "") -> str:
-    """Return a line of text.
-
-    Args:
-        x, y: place of its baseline, px.
-        anchor: "start", "middle" or "end": the part of the text that is placed there.
-    """
+    """Return a line of text whose "start", "middle" or "end" (the anchor) is at a place of its baseline, px."""
     fill = style.SOFT if "soft" in kind else style.INK
     return (
         f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" fill="{fill}"'
@@ -76,13 +66,8 @@ def points(x: Array, y: Array) -> str:
 
 
 def path(x: Array, y: Array, color: str, width: float, dashes: str = "") -> str:
-    """Return a line.
-
-    Args:
-        x, y: (N,) px.
-        width: px.
-        dashes: lengths of dashes and gaps, "" for a solid line.
-    """
+    """Return a line of a width in px through points (N,) px; its dashes are lengths of dashes and gaps, "" for a solid
+    line."""
     dashed = f' stroke-dasharray="{dashes}"' if dashes else ""
     return (
         f'<polyline points="{points(x, y)}" fill="none" stroke="{color}" stroke-width="{width:.3g}" '
@@ -157,14 +142,8 @@ class Drawing:
         self._body: list[str] = []
 
     def text(self, x: float, y: float, words: str, color: str = "", anchor: str = "middle", soft: bool = False) -> None:
-        """Write words about a point.
-
-        Args:
-            x, y: middle of the line's height, px.
-            words: plain text; braces hold a subscript.
-            color: CSS colour; "" for that of the page's text.
-            anchor: "start", "middle" or "end".
-        """
+        """Write words, whose braces hold a subscript, about a point at the middle of the line's height, px, in a CSS
+        colour, "" for that of the page's text."""
         inside = _SUBSCRIPT.sub(
             r'<tspan dy="3" font-size="9.5">\1</tspan><tspan dy="-3">&#8203;</tspan>', html.escape(words)
         )
@@ -198,16 +177,9 @@ class Drawing:
         self, points: Sequence[Point], color: str = "", words: str = "", *, head: bool = True, dashes: str = "",
         width: float = _STROKE,
     ) -> None:  # fmt: skip
-        """Draw a line through points.
-
-        Args:
-            points: px.
-            color: CSS colour; "" for that of axes.
-            words: what stands at the middle of its first part, above a level one, to the right of an upright one.
-            head: whether an arrow is at its end.
-            dashes: SVG's pattern; "" for a solid line.
-            width: px.
-        """
+        """Draw a line through points, px, in a CSS colour, "" for that of axes, perhaps with an arrow's head at its end
+        and with SVG's pattern of dashes. Its words stand at the middle of its first part, above a level one, to the
+        right of an upright one."""
         shown = color or style.SOFT
         kind = "" if color else ' class="line"'
         dashed = f' stroke-dasharray="{dashes}"' if dashes else ""
@@ -233,16 +205,9 @@ class Drawing:
         self, centre: Point, radius: float, first: float, last: float, color: str = "", *, head: bool = False,
         flat: float = 1.0,
     ) -> None:  # fmt: skip
-        """Draw an arc about a point between two directions.
-
-        Args:
-            centre: px.
-            radius: px; of an ellipse, its half axis to the right.
-            first, last: directions, counter-clockwise from the right, rad; of an ellipse, the angles of its parameter.
-            color: CSS colour; "" for that of axes.
-            head: whether an arrow is at its end.
-            flat: the upright half axis over `radius`.
-        """
+        """Draw an arc about a point, px, between two directions, counter-clockwise from the right, rad, in a CSS
+        colour, "" for that of axes. Of an ellipse, the radius is the half axis to the right, `flat` the upright one
+        over it, and the directions are the angles of its parameter."""
         turn = np.linspace(first, last, 2 + int(abs(last - first) * 20.0))
         x, y = centre[0] + radius * np.cos(turn), centre[1] - flat * radius * np.sin(turn)
         self.line(list(zip(x.tolist(), y.tolist(), strict=True)), color, head=head)

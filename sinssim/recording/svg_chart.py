@@ -167,13 +167,8 @@ def _aside(chart: Chart) -> float:
 
 
 def svg_of(chart: Chart, width: float, height: float, frame: _Frame | None = None, *, legend: bool = True) -> str:
-    """Return one chart.
-
-    Args:
-        width, height: of the drawing, px; a legend makes it higher.
-        frame: what it has in common with its neighbours.
-        legend: whether the names of its marks are drawn.
-    """
+    """Return one chart, of a width and a height in px, which a legend, the names of its marks, makes higher; it shares
+    a frame with its neighbours."""
     frame = frame or _Frame()
     across, upright = _ranges(chart)
     across, upright = frame.span or across, frame.reach or upright

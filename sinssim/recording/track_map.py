@@ -339,14 +339,8 @@ def _near(latitude: Array, longitude: Array, track: tuple[Array, Array]) -> tupl
 
 
 def coasts_about(latitude: Array, longitude: Array) -> list[Array]:
-    """Return coasts and borders about a track, for a map that has no other background.
-
-    Args:
-        latitude, longitude: (N,) rad.
-
-    Returns:
-        Lines, each (M, 2), latitude and longitude in deg; at least 4° and twice the extent of the track around it.
-    """
+    """Return coasts and borders about a track, (N,) rad, for a map that has no other background: lines, each (M, 2),
+    latitude and longitude in deg, at least 4° and twice the extent of the track around it."""
     world_latitude, world_longitude, _ = _outlines()
     near, room = _near(world_latitude, world_longitude, (latitude, longitude))
     with np.errstate(invalid="ignore"):
@@ -361,14 +355,8 @@ def coasts_about(latitude: Array, longitude: Array) -> list[Array]:
 
 
 def airports_about(latitude: Array, longitude: Array) -> Array:
-    """Return the airports about a track, where `coasts_about` has coasts: the large ones alone if they are many.
-
-    Args:
-        latitude, longitude: (N,) rad.
-
-    Returns:
-        Latitude and longitude in deg, (M, 2).
-    """
+    """Return the airports about a track, (N,) rad, where `coasts_about` has coasts: the large ones alone if they are
+    many; latitude and longitude in deg, (M, 2)."""
     *places, _, large = _aerodromes()
     near = np.flatnonzero(_near(places[0], places[1], (latitude, longitude))[0])
     near = near[near < large] if len(near) > _SITES else near

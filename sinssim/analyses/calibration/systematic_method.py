@@ -206,13 +206,8 @@ def _observe(of: Assumed, x: Nominal, u: Array, cov: Array, white: Array, design
 
 @kernel
 def run_filter(of: Assumed, data: Sequence, q: Quaternion, white: Array, design: Array, attitude: Array) -> None:
-    """Navigate and filter a sequence from the attitude q_nb.
-
-    Args:
-        white: whitened innovations, (3M,), written.
-        design: their derivatives to the parameters and to the attitude at the start, (3M, p + 3), written.
-        attitude: attitude after each step, (K, 4), written.
-    """
+    """Navigate and filter a sequence from the attitude q_nb; write the whitened innovations (3M,), their derivatives to
+    the parameters and to the attitude at the start (3M, p + 3), and the attitude after each step (K, 4)."""
     p = of.codes.shape[0]
     u, cov, turned = np.zeros((STATES, p + 3)), np.zeros((STATES, STATES)), np.empty((3, 3))
     for i in range(3):

@@ -248,11 +248,8 @@ def _plain(scenario: Scenario) -> Scenario:
 
 
 def starts_of(data: TuningData, keys: Sequence[str]) -> dict[str, float]:
-    """Return the keys with the values to begin with; those that matter without any.
-
-    Raises:
-        InputError: a key is given twice, has no positive value to begin with, or is no noise of the filter.
-    """
+    """Return the keys with the values to begin with, those that matter without any; raise InputError for a key that is
+    given twice, has no positive value to begin with, or is no noise of the filter."""
     if not keys:
         return dict(_default_keys(data))
     start: dict[str, float] = {}

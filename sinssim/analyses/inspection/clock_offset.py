@@ -64,18 +64,9 @@ class Coarse:
 
 
 def coarse_offset(time: Array, rate: Array, fixes: Seen) -> Coarse | None:
-    """Find the offset of two clocks that have nothing in common, from the rates of turn.
-
-    The magnitude of the gyros' rate is compared with the magnitude of the rate of the course, at all offsets at which
-    the logs overlap by half of the shorter one.
-
-    Args:
-        time: of the unit, (N,) s.
-        rate: (N, 3) rad/s.
-
-    Returns:
-        The offset, s; None if nothing stands out.
-    """
+    """Find the offset of two clocks that have nothing in common, s, from the rates of turn; None if nothing stands out.
+    The magnitude of the gyros' rate, (N, 3) rad/s at times of the unit, is compared with the magnitude of the rate of
+    the course, at all offsets at which the logs overlap by half of the shorter one."""
     step = max(float(np.median(np.diff(fixes.time))), 0.1)
     if not max(np.ptp(fixes.time), np.ptp(time)) < _MOST_STEPS * step:
         return None
@@ -112,14 +103,8 @@ def _correlate(a: Array, b: Array) -> Array:
 
 
 def fine_offset(curve: Pushed, fixes: Seen, about: float) -> Offset | None:
-    """Find the offset with the least residual of the velocities.
-
-    Args:
-        about: first guess, s.
-
-    Returns:
-        The offset; None if the logs do not overlap.
-    """
+    """Find the offset with the least residual of the velocities from a first guess, s; None if the logs do not
+    overlap."""
     from scipy.optimize import minimize_scalar
 
     offsets: list[Offset] = []
@@ -197,15 +182,8 @@ def even_times(time: Array, drift: float) -> Array:
 
 
 def clock_drift(readings: tuple[Array, Array, Array], fixes: Seen, offset: Offset, good: float) -> Drift | None:
-    """Find the drift of the clocks.
-
-    Args:
-        readings: times (N,) s, rates (N, 3) rad/s, specific forces (N, 3) m/s².
-        good: residual up to which a match is trusted, m/s.
-
-    Returns:
-        The drift; None if the data show none, or none that matters.
-    """
+    """Find the drift of the clocks from times (N,) s, rates (N, 3) rad/s and specific forces (N, 3) m/s²; a match is
+    trusted up to a `good` residual, m/s. None if the data show none, or none that matters."""
     from scipy.stats import t as student
 
     time, rate, force = readings
@@ -311,13 +289,8 @@ def stated_offset(unit: Clock, receiver: Clock) -> float | None:
 def agreement(
     readings: Readings, fixes: Seen, unit: Clock, receiver: Clock, axes: Array, kind: Literal["rates", "increments"]
 ) -> Agreement:
-    """Find the offset of the clocks, and the right reading of the unit.
-
-    Args:
-        readings: times (N,) s, rates (N, 3) rad/s, specific forces (N, 3) m/s².
-        axes: matrix from the columns of the file to the axes of the readings, (3, 3).
-        kind: whether the file gives rates or increments, as stated.
-    """
+    """Find the offset of the clocks, and the right reading of the unit, from times (N,) s, rates (N, 3) rad/s and
+    specific forces (N, 3) m/s², of the stated kind; the matrix of axes leads to theirs from the columns of the file."""
     time, rate, force = readings
     stated = stated_offset(unit, receiver)
     leap = 0.0
@@ -392,15 +365,9 @@ def _stands_out(curve: Pushed, fixes: Seen, candidate: Offset) -> bool:
 
 
 def offset_finding(agreed: Agreement, value: float, unit: Clock, receiver: Clock) -> Finding:
-    """Return the finding on the clocks.
-
-    Args:
-        value: the unit's clock minus that of the positions, s.
-
-    Returns:
-        A fact if the files state it; a doubt with what to describe if the data show another offset, and a question if
-        they suggest one without enough evidence.
-    """
+    """Return the finding on the clocks, of which the unit's minus that of the positions is a value, s: a fact if the
+    files state it; a doubt with what to describe if the data show another offset, and a question if they suggest one
+    without enough evidence."""
     offset, stated = agreed.offset, agreed.stated
     assert offset is not None
     sigma = f" ± {1e3 * offset.sigma:.0f} ms" if np.isfinite(offset.sigma) else ""

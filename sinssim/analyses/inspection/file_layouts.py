@@ -50,11 +50,8 @@ Part = tuple[TextTable, Layout]
 
 
 def gravity_in(table: TextTable) -> Layout | None:
-    """Find the columns of a gravity vector, by their names or that of the file, and by its constant magnitude.
-
-    Returns:
-        Its layout, with the columns as `accel`; None if there is none.
-    """
+    """Find the columns of a gravity vector, by their names or that of the file, and by its constant magnitude; return
+    them as `accel`, or None if there is none."""
     try:
         time, unit, _ = time_column(table)
     except InputError:
@@ -92,14 +89,8 @@ def whole_unit(table: TextTable) -> Layout:
 
 
 def part_of_unit(table: TextTable, gravity: Part | None) -> Layout | None:
-    """Guess the layout of a file of gyros alone or accelerometers alone; gravity is added if these lack it.
-
-    Args:
-        gravity: file and layout of a gravity vector; None if there is none.
-
-    Returns:
-        As `guess_part`.
-    """
+    """Guess the layout of a file of gyros alone or accelerometers alone, as `guess_part`; that of gravity, if there is
+    a file of it, is added if these lack it."""
     if gravity is None:
         return guess_part(table)
     why: InputError | None = None

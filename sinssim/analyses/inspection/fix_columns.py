@@ -71,15 +71,8 @@ class FixLayout:
 
 
 def guess_fixes(table: TextTable, near: tuple[str | int, str, float, float] | None = None) -> FixLayout | None:
-    """Guess the layout of fixes.
-
-    Args:
-        near: name or number of the inertial unit's column of times, its unit, and its first and last time, s; None if
-            it is not known.
-
-    Returns:
-        The guess; None if nothing looks like latitude and longitude.
-    """
+    """Guess the layout of fixes near the inertial unit's column of times: its name or number, unit, and first and last
+    time, s, None if it is not known. Return None if nothing looks like latitude and longitude."""
     place = _named_place(table)
     named = place is not None
     place = place or _smooth_place(table)

@@ -181,18 +181,10 @@ _VELOCITY_SIGMA = 0.1
 
 
 def _too_small(usual: float, both: Array, velocity: Array, length: Array, sigma: Array | None) -> list[Finding]:
-    """Return the doubt on 1σ of positions that the usual step contradicts, with their factor.
-
-    The mean of two velocities is wrong by a twelfth of the second difference of the velocities (trapezoidal rule), and
-    by their noise. Only what is clearly larger is noise of the positions.
-
-    Args:
-        usual: 1σ of a step's difference from the mean velocity, per component, m.
-        both: claimed 1σ of the steps, (S, 2) m.
-        velocity: of the fixes, (G, 3) m/s.
-        length: of the steps, (G−1,) s.
-        sigma: claimed 1σ of the velocities, m/s; None without.
-    """
+    """Return the doubt on 1σ of positions, with their factor, that the usual 1σ of a step's difference from the mean
+    velocity, per component, m, contradicts. The mean of two velocities, (G, 3), is wrong by a twelfth of the second
+    difference of the velocities (trapezoidal rule), and by their claimed noise, sigma. Only what is clearly larger is
+    noise of the positions, of which `both` is claimed for the steps, (S, 2) m."""
     step, claimed = float(np.median(length)), float(np.median(both))
     if len(velocity) < 10 or not claimed > 0.0:
         return []
@@ -209,15 +201,9 @@ def _too_small(usual: float, both: Array, velocity: Array, length: Array, sigma:
 
 
 def _doubtful_codes(fixes: FixStream, good: Mask, short: Mask, beyond: NDArray[np.intp]) -> list[int]:
-    """Return the codes of quality at whose beginning or end a step contradicts the claimed precision.
-
-    Of the two codes at such a step the rarer one is doubtful.
-
-    Args:
-        good: usable fixes, (M,).
-        short: usable steps between good fixes, (G−1,).
-        beyond: numbers of the contradicting steps among the short ones.
-    """
+    """Return the codes of quality at whose beginning or end a step contradicts the claimed precision: of the two codes
+    at such a step, of which `beyond` numbers those among the short ones between good fixes, the rarer one is
+    doubtful."""
     if fixes.quality is None:
         return []
     quality = fixes.quality[good]
@@ -241,15 +227,10 @@ class Delay:
 
 
 def velocity_delay(fixes: FixStream) -> Delay | None:
-    """Find by how much the velocities of a receiver are older than its positions.
-
-    A velocity that is the mean over the last interval is half an interval old. Central differences of the positions are
-    compared with the velocities, equally smoothed and at another time; the delay has the largest correlation. A least
-    difference would be biased, because interpolation changes the noise.
-
-    Returns:
-        The delay, s; None without velocities, motion, or positions precise enough to show it.
-    """
+    """Find by how much the velocities of a receiver are older than its positions, s; None without velocities, motion,
+    or positions precise enough to show it. A velocity that is the mean over the last interval is half an interval old.
+    Central differences of the positions are compared with the velocities, equally smoothed and at another time; the
+    delay has the largest correlation. A least difference would be biased, because interpolation changes the noise."""
     from scipy.interpolate import CubicSpline
     from scipy.optimize import minimize_scalar
 

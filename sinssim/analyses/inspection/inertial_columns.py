@@ -58,14 +58,8 @@ def named_quantity(table: TextTable, three: Three) -> str | None:
 
 
 def accelerometers(table: TextTable, three: Three, time: int, interval: float) -> tuple[float, Three, Kind, str]:
-    """Judge whether three columns are accelerometers.
-
-    Args:
-        interval: between samples, s.
-
-    Returns:
-        How badly they fit gravity, infinite if not at all; the columns; and kind and unit of the best fit.
-    """
+    """Judge whether three columns, with an interval between samples, s, are accelerometers: return how badly they fit
+    gravity, infinite if not at all, the columns, and kind and unit of the best fit."""
     best: tuple[float, Three, Kind, str] = (np.inf, three, "rates", "")
     quantities = named_quantity(table, three)
     if not varies(table, three) or quantities == "gyro":
@@ -164,11 +158,8 @@ class Layout:
         return is_unix(table, self.time, table.values[:, self.time] * TIME_UNITS[self.time_unit])
 
     def description(self, table: TextTable, folder: Path | None = None) -> dict[str, Any]:
-        """Return the keys of the description of the log.
-
-        Args:
-            folder: of the scenario, to which the path of a second file is relative.
-        """
+        """Return the keys of the description of the log; the path of a second file is relative to the scenario's
+        folder."""
         keys: dict[str, Any] = {"kind": self.kind, "time": table.label(self.time)}
         if self.time not in table.dates:
             keys["time_unit"] = self.time_unit
@@ -280,11 +271,7 @@ def guess_layout(table: TextTable, known: tuple[Three, str] | None = None) -> La
 
 
 def guess_part(table: TextTable) -> Layout | None:
-    """Guess the layout of a file of gyros alone or accelerometers alone, as phones write.
-
-    Returns:
-        The guess, with one of the triads; None if the file is neither.
-    """
+    """Guess the layout of a file of gyros alone or accelerometers alone, as phones write; None if it is neither."""
     time, unit, interval = time_column(table)
     free = [three for three in _threes(table, time) if varies(table, three)]
     gyros = [t for t in free if quantity_of(table, t) == "gyro"]
@@ -312,11 +299,8 @@ def off_gravity(table: TextTable, layout: Layout) -> float:
 
 
 def joined(parts: list[tuple[TextTable, Layout]]) -> tuple[TextTable, Layout]:
-    """Join the layouts of a file of gyros and a file of accelerometers.
-
-    Returns:
-        The file of the gyros, whose stamps count, and the layout of both.
-    """
+    """Join the layouts of a file of gyros and a file of accelerometers; return the file of the gyros, whose stamps
+    count."""
     gyros = [part for part in parts if part[1].gyro is not None]
     accel = [part for part in parts if part[1].accel is not None]
     if len(gyros) != 1 or len(accel) != 1:

@@ -67,17 +67,10 @@ def inspect(
     trial: bool = False,
     progress: Progress = silent,
 ) -> Inspected:
-    """Inspect recorded files before anybody relies on them.
-
-    Args:
-        paths: files of one inertial unit, one satellite receiver, or both; or a scenario (.toml) that describes them.
-        folder: where the suggested scenario will be; its paths are relative to it.
-        land: whether the vehicle moves on wheels; the scenario then has the constraint of wheels, and stops.
-        trial: whether the suggested scenario is run without the fixes of some outages, and follows what they show.
-
-    Returns:
-        What the data are, what is doubtful, and a scenario to start from.
-    """
+    """Inspect recorded files before anybody relies on them: those of one inertial unit, one satellite receiver, or
+    both; or a scenario (.toml) that describes them. Return what the data are, what is doubtful, and a scenario to start
+    from, for a folder to which its paths are relative. On `land` it has the constraint of wheels, and stops. The
+    `trial` runs it without the fixes of some outages, and follows what they show."""
     if not paths:
         raise InputError("inspect needs at least one file.")
     files: list[Streams] = []

@@ -38,12 +38,8 @@ class Reread:
     scale: float
 
     def unit(self, name: str, kind: Kind, unit: str, interval: float) -> tuple[Kind, str] | None:
-        """Return the kind and the unit with which the stated numbers are the right ones; None if there are none.
-
-        Args:
-            name: "gyro" or "accel".
-            interval: usual interval of the samples, s.
-        """
+        """Return the kind and the unit with which the stated numbers of "gyro" or "accel" are the right ones at the
+        usual interval of the samples, s; None if there are none."""
         size = self.scale * UNITS[name, kind][unit]
         other: Kind = "rates" if kind == "increments" else "increments"
         for of, factor in ((kind, 1.0), (other, interval if kind == "increments" else 1.0 / interval)):
@@ -65,16 +61,10 @@ def reread(matrix: Array) -> Reread | None:
 def description_of(
     kind: Kind, triads: dict[str, dict[str, Any]], matrices: dict[str, Array], interval: float
 ) -> tuple[Kind, dict[str, dict[str, Any]]] | None:
-    """Return kind and triads of the description of a log after a correction.
-
-    Args:
-        triads: the tables gyro and accel, and gravity if there is one, as stated.
-        matrices: from the stated readings of gyro and accel, in the order of their columns, to the right ones, (3, 3).
-        interval: usual interval of the samples, s.
-
-    Returns:
-        The right ones; None if no unit, order and signs of columns express it.
-    """
+    """Return kind and triads of the description of a log after a correction; None if no unit, order and signs of
+    columns express it. The triads are the tables gyro and accel, and gravity if there is one, as stated; the matrices
+    (3, 3) lead from their readings, in the order of their columns, to the right ones; the interval of the samples is
+    the usual one, s."""
     kinds, right = set(), {}
     for name, keys in triads.items():
         of = "gyro" if name == "gyro" else "accel"
@@ -103,15 +93,9 @@ Change = tuple[tuple[str, ...], Any, str]
 
 
 def corrected_columns(inspection: Inspection, keys: dict[str, Any], axes: Array | None = None) -> dict[str, Any] | None:
-    """Return the keys of columns that differ from the stated ones in the right reading of the inertial data.
-
-    Args:
-        keys: the stated kind, and the tables gyro, accel and gravity.
-        axes: matrix from the columns to the axes that were inspected, (3, 3); the same by default.
-
-    Returns:
-        Keys and values; empty if the stated ones are right; None if the keys cannot express it.
-    """
+    """Return the keys of columns, the stated kind and the tables gyro, accel and gravity, that differ from the stated
+    ones in the right reading of the inertial data: empty if these are right, None if the keys cannot express it. The
+    matrix (3, 3) leads from the columns to the axes that were inspected, by default the same."""
     if inspection.reading is None:
         return {}
     assert inspection.inertial is not None
@@ -128,16 +112,9 @@ def corrected_columns(inspection: Inspection, keys: dict[str, Any], axes: Array 
 
 
 def bridges(time: Array, accepted: float) -> tuple[float | None, tuple[float, float] | None]:
-    """Return what gaps in the inertial data need.
-
-    Args:
-        time: stamps, (N,) s.
-        accepted: gap that is bridged already, s.
-
-    Returns:
-        The gap to bridge, s, None if the accepted one is enough; and the longest part of the log without a gap that
-        cannot be bridged, s since the first stamp, None if that is the whole log.
-    """
+    """Return what gaps in the inertial data, of stamps (N,) s, need: the gap to bridge, s, None if the accepted one is
+    enough; and the longest part of the log without a gap that cannot be bridged, s since the first stamp, None if that
+    is the whole log."""
     steps = np.diff(time)
     usual = float(np.median(steps[steps > 0.0]))
     lacking = np.where(steps > GAP * usual, steps - usual, 0.0)
@@ -153,12 +130,8 @@ def bridges(time: Array, accepted: float) -> tuple[float | None, tuple[float, fl
 def clock_keys(
     inspection: Inspection, unit: Clock, receiver: Clock | None, stated: float = 0.0
 ) -> Iterator[tuple[str, Any, str]]:
-    """Yield the keys of [log.imu] that put the unit's times on the receiver's clock, their values, and the reasons.
-
-    Args:
-        unit, receiver: the clocks of the two files; None without a receiver.
-        stated: the offset that is added to the unit's times already, s.
-    """
+    """Yield the keys of [log.imu] that put the unit's times on the receiver's clock, their values, and the reasons; the
+    stated offset is added to the unit's times already, s."""
     if inspection.offset is None or inspection.inertial is None:
         return
     if unit.origin_gps_s is None and receiver is not None and receiver.origin_gps_s is not None:
@@ -316,12 +289,8 @@ def _of_clocks(inspection: Inspection, log: Log, clocks: tuple[Clock, Clock | No
 
 
 def corrected_scenario(path: Path, folder: Path, corrections: list[Change]) -> str:
-    """Return the text of a scenario with changes: the text; what is not changed stays as it is, comments included.
-
-    Args:
-        folder: where the new one will be; the paths of recorded files are relative to it.
-        corrections: the changes; each is listed with its reason before the first line.
-    """
+    """Return the text of a scenario with changes, each with its reason before the first line; what is not changed stays
+    as it is, comments included. The paths of recorded files are relative to the folder where the new one will be."""
     import tomlkit
 
     document = tomlkit.parse(read_text(path))

@@ -41,15 +41,8 @@ class Moves:
 
 
 def motion_of(fixes: Seen, offset: float) -> Moves:
-    """Return the motion that fixes show.
-
-    Args:
-        offset: the unit's clock minus that of the fixes, s.
-
-    Returns:
-        The speed, averaged over as many fixes as it takes to tell `SLOWEST` from their noise, which is that of the
-        third differences.
-    """
+    """Return the motion that fixes show, by the unit's clock minus that of the fixes, s: the speed, averaged over as
+    many fixes as it takes to tell `SLOWEST` from their noise, which is that of the third differences."""
     from scipy.ndimage import uniform_filter1d
 
     velocity = fixes.relative - np.sum(fixes.relative * fixes.up, axis=1)[:, None] * fixes.up
@@ -112,11 +105,8 @@ class AtRest:
 
 
 def rates_of(stream: InertialStream) -> tuple[Array, Array, Array]:
-    """Return times, angular rates and specific forces of a stream, whether it holds rates or increments.
-
-    Returns:
-        (N,) s, (N, 3) rad/s, (N, 3) m/s².
-    """
+    """Return times (N,) s, angular rates (N, 3) rad/s and specific forces (N, 3) m/s² of a stream, whether it holds
+    rates or increments."""
     if stream.kind == "rates":
         return stream.time, stream.gyro, stream.accel
     if stream.interval is not None:
@@ -129,17 +119,8 @@ def rates_of(stream: InertialStream) -> tuple[Array, Array, Array]:
 
 
 def at_rest(time: Array, rate: Array, force: Array, moves: Moves | None = None) -> AtRest | None:
-    """Find the quiet spans of a log: standing still, or else the steadiest motion.
-
-    Args:
-        time: increasing, (N,) s.
-        rate: (N, 3) rad/s.
-        force: (N, 3) m/s².
-        moves: motion that the fixes show; None if nothing is known.
-
-    Returns:
-        The readings there; None if there is none of `SHORTEST`.
-    """
+    """Find the quiet spans of a log, of increasing times: standing still, or else the steadiest motion. Return the
+    readings there; None if there is none of `SHORTEST`. The fixes, if any, show how the unit moves."""
     interval = float(np.median(np.diff(time)))
     number = np.floor((time - time[0]) / WINDOW)
     first = np.flatnonzero(np.append(True, np.diff(number) > 0))
@@ -203,14 +184,9 @@ def _share_of_mode(axis: Array) -> float:
 
 
 def cell(axis: Array) -> float:
-    """Return the 1σ of what is written as the most frequent value of a channel; 0 if no two values are equal.
-
-    Values between its neighbours are written as that value: a resolution q has cells of the width q and the 1σ q/√12;
-    a dead band reaches to both neighbours.
-
-    Args:
-        axis: one channel, (N,).
-    """
+    """Return the 1σ of what is written as the most frequent value of a channel, (N,); 0 if no two values are equal.
+    Values between its neighbours are written as that value: a resolution q has cells of the width q and the 1σ q/√12; a
+    dead band reaches to both neighbours."""
     values, counts = np.unique(axis, return_counts=True)
     steps = np.diff(values)
     steps = steps[steps > 1e-9 * max(float(np.max(np.abs(values))), 1e-300)]
@@ -228,15 +204,9 @@ def _line(values: Array) -> Array:
 
 
 def scale_finding(stream: InertialStream, quiet: AtRest | None, gravity: float) -> Finding:
-    """Judge the scale of the accelerometers by gravity: a log that fails cannot be navigated.
-
-    Args:
-        quiet: its quiet spans; without one the median of the whole log is compared, with twice the tolerance.
-        gravity: at the place, m/s².
-
-    Returns:
-        A fact, or an error with the unit that would explain the number.
-    """
+    """Judge the scale of the accelerometers by gravity at the place, m/s²: a log that fails cannot be navigated.
+    Without quiet spans, the median of the whole log is compared, with twice the tolerance. An error has the unit that
+    would explain the number."""
     _, _, force = rates_of(stream)
     sizes = np.linalg.norm(force, axis=1)
     if quiet is None:
@@ -337,31 +307,16 @@ def _mean_rate(rate: Array, uncertain: float) -> Finding:
 
 
 def fast_noise(time: Array, values: Array, rows: NDArray[np.bool_]) -> Array:
-    """Return the density of what changes from one sample to the next, as if it were white noise, (3,) unit·√s.
-
-    Args:
-        time: (N,) s.
-        values: (N, 3).
-        rows: samples that count, (N,).
-    """
+    """Return the density of what changes from one sample (N, 3) to the next, as if it were white noise, (3,) unit·√s,
+    where the samples count."""
     # third differences of white noise of unit variance have variance 20
     high = np.diff(values, n=3, axis=0)[rows[3:]]
     return np.asarray(np.sqrt(float(np.median(np.diff(time))) / 20.0 * np.mean(high * high, axis=0)))
 
 
 def vibration_finding(time: Array, rate: Array, force: Array, quiet: AtRest | None) -> list[Finding]:
-    """Compare the noise in motion with that at rest.
-
-    Motion of a vehicle is slower than a few hertz; what changes from one sample to the next is vibration.
-
-    Args:
-        time: (N,) s.
-        rate: (N, 3) rad/s.
-        force: (N, 3) m/s².
-
-    Returns:
-        The findings; none without quiet spans, or without others.
-    """
+    """Compare the noise in motion with that at rest; there are no findings without quiet spans, or without others.
+    Motion of a vehicle is slower than a few hertz; what changes from one sample to the next is vibration."""
     if quiet is None or quiet.rows[3:].all():
         return []
     gyro, accel = fast_noise(time, rate, ~quiet.rows) / DEG, fast_noise(time, force, ~quiet.rows) / (1e-6 * G0)

@@ -155,16 +155,10 @@ def _of_axis(subject: str, name: str, axis: Array, quantum: float, unit: str, sc
 
 
 def _frozen(axis: Array, start: int, length: int, quantum: float) -> bool:
-    """Return whether noise of the size beside a run of equal values would not give such a run.
-
-    A noise of σ about the middle of a step q, where equal values are most frequent, gives the same number with the
-    probability p = erf(q/(2√2 σ)). Of N samples, N pᴸ runs of the length L are expected at most. σ is that of the
-    calmer side of the run, over its length.
-
-    Args:
-        axis: the channel, (N,).
-        quantum: the resolution; 0 if it is finer than the numbers show.
-    """
+    """Return whether noise of the size beside a run of equal values would not give such a run. A noise of σ about the
+    middle of a step q, where equal values are most frequent, gives the same number with the probability p = erf(q/(2√2
+    σ)). Of N samples, N pᴸ runs of the length L are expected at most. σ is that of the calmer side of the run, over its
+    length. The quantum is 0 if the resolution is finer than the numbers show."""
     from scipy.special import erf
 
     sides = axis[max(start - length, 0) : start], axis[start + length : start + 2 * length]

@@ -245,11 +245,8 @@ def _clean(stream: InertialStream) -> tuple[Array, Array, Array]:
 def _inspect_together(
     result: Inspection, readings: Readings, of_unit: Streams, of_receiver: Streams, described: Described
 ) -> tuple[Readings, Moves | None]:
-    """Add what unit and receiver say of each other: clocks, units and axes, mounting, attitude of a reference.
-
-    Returns:
-        The readings as the fixes show them, and where the fixes move, on the unit's clock; None if that is unknown.
-    """
+    """Add what unit and receiver say of each other: clocks, units and axes, mounting, attitude of a reference. Return
+    the readings as the fixes show them, and where the fixes move, on the unit's clock; None if that is unknown."""
     assert result.fixes is not None
     assert result.inertial is not None
     fixes = seen(result.fixes)

@@ -32,15 +32,10 @@ def suggested_scenario(
     *,
     land: bool = False,
 ) -> str:
-    """Return a scenario to start from: text of a scenario's file, with the reason beside each number.
-
-    Args:
-        inertial: path of the unit's file, the keys that describe its columns (none for a known format), its clock.
-        fixes: the same of the receiver; None without.
-        folder: of the scenario, to which the files' paths are relative.
-        reference: path, format and clock of a solution; None without. Without fixes it gives emulated ones.
-        land: whether the vehicle is known to move on wheels.
-    """
+    """Return the text of a scenario's file to start from, with the reason beside each number. Of the unit, and of the
+    receiver if there is one, it takes path, keys that describe the columns (none for a known format), and clock; of a
+    reference solution path, format and clock: without fixes it gives emulated ones. Paths are relative to the
+    scenario's folder; on `land` the vehicle is known to move on wheels."""
     path, keys, clock = inertial
     begin = list(_begin(inspection, of_reference=fixes is None and reference is not None))
     lines = [

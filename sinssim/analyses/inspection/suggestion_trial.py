@@ -130,15 +130,9 @@ class Trial:
 def try_suggestion(
     text: str, folder: Path, inspection: Inspection, progress: Progress = silent
 ) -> Trial | SinssimError | None:
-    """Run a suggested scenario without the fixes of regular outages, and with other settings where they are needed.
-
-    Args:
-        text: of the scenario's file.
-        folder: to which its paths are relative.
-
-    Returns:
-        The trial; the error of a scenario that does not run; None if no outage can be judged.
-    """
+    """Run a suggested scenario, whose paths are relative to a folder, without the fixes of regular outages, and with
+    other settings where they are needed. Return the trial; the error of a scenario that does not run; None if no outage
+    can be judged."""
     trial = _Attempts(text, folder, inspection, progress)
     try:
         plain = trial.outcome(())

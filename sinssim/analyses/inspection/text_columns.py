@@ -272,12 +272,8 @@ _ALTERNATES = 0.2
 
 
 def split_kinds(table: TextTable) -> tuple[list[TextTable], list[str]]:
-    """Split a file by the column that tells kinds of rows or units apart.
-
-    Returns:
-        The parts, or the file itself if nothing alternates; of several units the first one; and a sentence on what is
-        left out.
-    """
+    """Split a file by the column that tells kinds of rows or units apart. Return the parts, or the file itself if
+    nothing alternates; of several units the first one; and a sentence on what is left out."""
     for k, texts in table.kinds.items():
         if _alternates(texts):
             chosen = {str(text): texts == text for text in np.unique(texts) if text}
@@ -315,14 +311,8 @@ class UncertainUnitError(InputError):
 
 
 def time_column(table: TextTable) -> tuple[int, str, float]:
-    """Find the time of a log of inertial readings.
-
-    The unit is that of the name; or else that in which the stamps are dates; or else that with the rate and the
-    duration of an inertial log.
-
-    Returns:
-        Column, from 0, unit, and interval, s.
-    """
+    """Find the time of a log of inertial readings: column, from 0, unit, and interval, s. The unit is that of the name;
+    or else that in which the stamps are dates; or else that with the rate and the duration of an inertial log."""
     best: tuple[float, int, list[tuple[float, str, float]]] = (np.inf, -1, [])
     for k, column in enumerate(table.values.T):
         word = "" if table.words is None else table.words[k]

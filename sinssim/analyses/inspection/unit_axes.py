@@ -111,22 +111,11 @@ def judge_reading(
     axes: Array,
     kind: Literal["rates", "increments"],
 ) -> Reading:
-    """Judge units, signs and axes of the readings by the fixes.
-
-    Args:
-        time: (N,) s.
-        rate: (N, 3) rad/s, as stated.
-        force: (N, 3) m/s², as stated.
-        offset: the unit's clock minus that of the fixes as the stated readings show it, s.
-        about: the same before the readings were looked at, s; right within a second if the readings are not.
-        window: length of the windows of the match, s.
-        axes: matrix from the columns of the file to the axes of the readings, (3, 3).
-        kind: whether the file gives rates or increments, as stated.
-
-    Returns:
-        A fact if the stated reading fits best, an error with the right reading if another one fits clearly better, a
-        doubt if the motion does not tell.
-    """
+    """Judge units, signs and axes of the readings by the fixes: a fact if the stated reading fits best, an error with
+    the right reading if another one fits clearly better, a doubt if the motion does not tell. The offset is the unit's
+    clock minus that of the fixes as the stated readings show it, and `about` the same before they were looked at, right
+    within a second if they are not, s. The windows of the match have a length, s; the matrix of axes leads to those of
+    the readings from the columns of the file, which gives a kind as stated."""
     stated = match(pushed(time, rate, force, _RATE), fixes, offset, most=_WINDOWS, window=window)
     if not len(stated.each):
         return Reading([])
@@ -178,13 +167,9 @@ class _Other(NamedTuple):
 
 
 def _judged(stated: Match, best: _Other, by_turns: _Other, window: float, *, refuted: bool) -> Reading:
-    """Return the reading that the fixes show.
-
-    Args:
-        best: the best other one by the velocities.
-        by_turns: the best one that also explains the turns of the course, which the stated one does not.
-        refuted: whether the turns refute another one.
-    """
+    """Return the reading that the fixes show, of the stated one, the best other one by the velocities, and the best one
+    that also explains the turns of the course, which the stated one does not; the turns may have refuted another
+    one."""
     explained = stated.residual <= EXPLAINED * stated.moved
     numbers: dict[str, Any] = {
         "residual_mps": stated.residual,
@@ -264,18 +249,10 @@ class Mounting:
 
 
 def mounting(curve: Pushed, fixes: Seen, agreement: Match, offset: float) -> Mounting | None:
-    """Find the mounting.
-
+    """Find the mounting at an offset, the unit's clock minus that of the fixes, s; None if the vehicle hardly moved.
     The forward axis is the mean direction of the velocity in the unit's axes, on straight parts at speed. The right
     axis is perpendicular to it and to the mean direction of the vertical, so that the roll refers to the mean roll of
-    the vehicle.
-
-    Args:
-        offset: the unit's clock minus that of the fixes, s.
-
-    Returns:
-        The mounting; None if the vehicle hardly moved.
-    """
+    the vehicle."""
     if not len(agreement.centre):
         return None
     q_ib, row, window, inside = _attitudes(curve, fixes, agreement, offset)
@@ -318,16 +295,9 @@ def _attitudes(
 def attitude_finding(
     curve: Pushed, fixes: Seen, agreement: Match, offset: float, time: Array, q_nb: Array
 ) -> Finding | None:
-    """Compare the attitude of a reference with that of the match, which takes gyros, accelerometers and fixes alone.
-
-    Args:
-        offset: the unit's clock minus that of the fixes, s.
-        time: instants of the reference on the unit's clock, (R,) s.
-        q_nb: attitude of the unit, (R, 4).
-
-    Returns:
-        The finding; None if no window determines the attitude.
-    """
+    """Compare the attitude of a reference, q_nb (R, 4) of the unit at instants on its clock, with that of the match,
+    which takes gyros, accelerometers and fixes alone; None if no window determines it. The offset is the unit's clock
+    minus that of the fixes, s."""
     if not len(agreement.centre):
         return None
     q_ib, _, window, inside = _attitudes(curve, fixes, agreement, offset)
@@ -361,16 +331,10 @@ def attitude_finding(
 def attitude_by_match(
     curve: Pushed, fixes: Seen, agreement: Match, offset: float, begin: float
 ) -> tuple[Array, float] | None:
-    """Return the attitude of the unit at an instant, which needs neither its mounting nor a motion along one axis.
-
-    Args:
-        offset: the unit's clock minus that of the fixes, s.
-        begin: the instant on the unit's clock, s.
-
-    Returns:
-        Roll, pitch and heading, (3,) rad, from the first window that gives the heading to `WORST` and carried back by
-        the gyros without their biases; and the 1σ of the heading, rad. None if no window gives it.
-    """
+    """Return the attitude of the unit at an instant of its clock, s, which needs neither its mounting nor a motion
+    along one axis: roll, pitch and heading, (3,) rad, from the first window that gives the heading to `WORST` and
+    carried back by the gyros without their biases; and the 1σ of the heading, rad. None if no window gives it. The
+    offset is the unit's clock minus that of the fixes, s."""
     alike = np.sqrt(max(_LASTING / float(np.median(np.diff(fixes.time))), 1.0))
     uncertain = alike * agreement.each / np.sqrt(np.maximum(agreement.turning, 1e-12))
     sure = np.flatnonzero((uncertain < WORST) & (agreement.centre + offset >= begin))

@@ -84,14 +84,8 @@ class Match:
 
 
 def pushed(time: Array, rate: Array, force: Array, most_hz: float = np.inf) -> Pushed:
-    """Integrate instantaneous readings.
-
-    Args:
-        time: increasing, (N,) s.
-        rate: (N, 3) rad/s.
-        force: (N, 3) m/s².
-        most_hz: samples are joined so that there are at most that many in a second.
-    """
+    """Integrate instantaneous readings at increasing times (N,) s; samples are joined so that there are at most
+    `most_hz`."""
     steps = np.diff(time)[:, None]
     dtheta = 0.5 * (rate[1:] + rate[:-1]) * steps
     dvel = 0.5 * (force[1:] + force[:-1]) * steps
@@ -113,11 +107,8 @@ def _summed(steps: Array) -> Array:
 
 
 def seen(fixes: FixStream) -> Seen | None:
-    """Return the curve of fixes with velocities; the velocities are differences of positions where there are none.
-
-    Returns:
-        The curve; None if fewer than a window's fixes are usable.
-    """
+    """Return the curve of fixes with velocities, which are differences of positions where there are none; None if fewer
+    than a window's fixes are usable."""
     good = np.isfinite(fixes.latitude) & np.isfinite(fixes.longitude) & np.isfinite(fixes.height)
     if fixes.velocity_ned is not None:
         good &= np.isfinite(fixes.velocity_ned[:, :2]).all(axis=1)
@@ -173,14 +164,9 @@ def match(
     bias: Array | None = None,
     rounds: int = 3,
 ) -> Match:
-    """Fit the two curves to each other.
-
-    Args:
-        offset: the unit's clock minus the clock of the fixes, s.
-        window: length of the windows, s.
-        most: number of windows, those with the largest changes of velocity; all by default.
-        bias: first guess of the biases, (6,) rad/s and m/s²; zero by default.
-    """
+    """Fit the two curves to each other at an offset, the unit's clock minus that of the fixes, s, in windows of a
+    length, s: `most` of them, those with the largest changes of velocity, by default all. The biases, (6,) rad/s and
+    m/s², begin with a first guess, by default zero."""
     rows = _windows(curve, fixes, offset, window, most)
     if not rows:
         none = np.zeros(0)
@@ -239,17 +225,9 @@ _LEVEL_S = 2.0
 
 
 def turns_apart(time: Array, rate: Array, force: Array, fixes: Seen, offset: float) -> float:
-    """Return by how much the turns of the gyros about the vertical of the accelerometers differ from the course's.
-
-    Args:
-        time: (N,) s.
-        rate: (N, 3) rad/s.
-        force: (N, 3) m/s².
-        offset: the unit's clock minus that of the fixes, s.
-
-    Returns:
-        The rms, rad, but for a bias of the gyros; NaN if the course hardly turns.
-    """
+    """Return by how much the turns of the gyros about the vertical of the accelerometers differ from the course's at an
+    offset, the unit's clock minus that of the fixes, s: the rms, rad, but for a bias of the gyros; NaN if the course
+    hardly turns."""
     from scipy.ndimage import gaussian_filter1d
 
     step = float(np.median(np.diff(time)))
@@ -321,18 +299,10 @@ _LEAST_PARTS = 3
 
 
 def scatter(low: Array, middle: Array, high: Array, h: float) -> float:
-    """Return the 1σ of the place of a minimum from the scatter of its gradient between parts of the log.
-
-    It is the sandwich estimator (White, Econometrica 48, 1980) with each part as one group, times the quantile of
-    Student's distribution for so few groups.
-
-    Args:
-        low, middle, high: what is least, for each window, (W,), at distances −h, 0 and h of the minimum.
-        h: that distance.
-
-    Returns:
-        1σ in the unit of h; NaN with fewer than three windows, or without a minimum.
-    """
+    """Return the 1σ of the place of a minimum, in the unit of h, from the scatter of its gradient between parts of the
+    log; NaN with fewer than three windows, or without a minimum. It is the sandwich estimator (White, Econometrica 48,
+    1980) with each part as one group, times the quantile of Student's distribution for so few groups. What is least is
+    given for each window, (W,), at distances −h, 0 and h of the minimum."""
     from scipy.stats import t as student
 
     parts = min(_PARTS, len(middle))

@@ -257,16 +257,10 @@ def navigate_lanes(
     data: Increments, p: EarthParameters, channel: Channel, sensors: Packed, keys: Words, initial: Array,
     epochs: NDArray[np.int64], first_run: int, last_run: int, out: Array, left: Array,
 ) -> None:  # fmt: skip
-    """Measure and navigate the runs first_run … last_run − 1, lane by lane.
-
-    Args:
-        data: ideal increments at the sensors, N ≥ WINDOW.
-        keys: keys of the runs' seeds, (2, R).
-        initial: initial states, (QUANTITIES, R).
-        epochs: numbers of the edges at which states are stored, in order, (E,).
-        out: states at the epochs, (QUANTITIES, E, R), written.
-        left: 1 for runs that left the range of the kernel, whose states are not valid, (R,), written.
-    """
+    """Measure and navigate the runs first_run … last_run − 1, lane by lane, by ideal increments at the sensors, N ≥
+    WINDOW, keys of the runs' seeds (2, R), and initial states (QUANTITIES, R). Write the states at the epochs, numbers
+    of edges in order (E,), to `out` (QUANTITIES, E, R); and 1 to `left` (R,) for runs that left the range of the
+    kernel, whose states are not valid."""
     w, x, y = np.empty(SENSOR_ROWS * LANES), np.empty(NAVIGATION_ROWS * LANES), np.empty((WINDOW, 6 * LANES))
     words, c = np.empty((WORD_ROWS, LANES), np.uint64), np.empty(len(sensors.conditions))
     for first in range(first_run, last_run, LANES):

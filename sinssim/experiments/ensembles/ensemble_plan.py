@@ -43,15 +43,8 @@ _SEED_BITS = 53
 
 
 def run_seed(seed: int, number: int) -> int:
-    """Return the seed of a run of an ensemble; it depends on the ensemble's seed and the run's number alone.
-
-    Args:
-        seed: the ensemble's seed, that of its scenario.
-        number: number of the run, from 0.
-
-    Returns:
-        A whole number below 2⁵³: the first bits of the SHA-256 digest of both numbers.
-    """
+    """Return the seed of a run, counted from 0, of an ensemble with a seed, on which two alone it depends: a whole
+    number below 2⁵³, the first bits of the SHA-256 digest of both numbers."""
     digest = hashlib.sha256(f"sinssim ensemble {seed} run {number}".encode()).digest()
     return int.from_bytes(digest[:8], "big") >> (64 - _SEED_BITS)
 
@@ -74,11 +67,8 @@ class Member:
 
     @cached_property
     def scenario(self) -> Scenario:
-        """The scenario of this run: that of `sinssim run` with `settings`.
-
-        Raises:
-            InputError: a value of a varied key is not allowed.
-        """
+        """The scenario of this run: that of `sinssim run` with `settings`; raises InputError if a varied key's value is
+        not allowed."""
         alone = {"seed": self.seed, "ensemble": None}
         if not self.values:
             return self.base.model_copy(update=alone)

@@ -334,15 +334,9 @@ _OF_GRAVITY = 3
 
 
 def _with_common(square: MeanSquare, freedom: Array, common: int) -> MeanSquare:
-    """Return a mean square some of whose states have the same errors in all runs.
-
-    With n states, m of them common, and N runs, the sum of all squares has the mean nN and the variance
-    2(n − m)N + 2mN², those of χ² with f = (nN)²/((n − m)N + mN²) degrees of freedom times a factor (Satterthwaite).
-
-    Args:
-        freedom: degrees of freedom of each run, (N, K).
-        common: m.
-    """
+    """Return a mean square `common` states of which have the same errors in all runs, for degrees of freedom of each
+    run (N, K). With n states, m of them common, and N runs, the sum of all squares has the mean nN and the variance 2(n
+    − m)N + 2mN², those of χ² with f = (nN)²/((n − m)N + mN²) degrees of freedom times a factor (Satterthwaite)."""
     runs = np.count_nonzero(freedom > 0.0, axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
         fewer = square.freedom**2 / (square.freedom + common * runs * (runs - 1.0))

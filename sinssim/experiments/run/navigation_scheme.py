@@ -53,14 +53,8 @@ _INERTIAL = Symbols("C{ib}", "", "gravitation G(r)", ("gravitation G(r),", "Eart
 
 
 def symbols(frame: str) -> Symbols:
-    """Return the symbols of a navigation frame.
-
-    Args:
-        frame: one of `sinssim.FRAMES`.
-
-    Returns:
-        The symbols: those of the inertial frame, of a frame with an azimuth of its own, or of the north-pointing one.
-    """
+    """Return the symbols of one of `sinssim.FRAMES`: those of the inertial frame, of a frame with an azimuth of its
+    own, or of the north-pointing one."""
     if frame == "inertial":
         return _INERTIAL
     return _AZIMUTH if FRAME_REGISTRY[frame].has_azimuth else _NORTH

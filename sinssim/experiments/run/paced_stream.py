@@ -60,11 +60,8 @@ class Place:
 
 
 def place_of(text: str, option: str, schemes: tuple[str, ...], *, allow_network: bool = False) -> Place:
-    """Return the place that an option names, one of this machine unless the network is allowed.
-
-    Raises:
-        InputError: it is no place of one of the schemes, or may not be used. No name has been looked up then.
-    """
+    """Return the place that an option names, one of this machine unless the network is allowed; raise InputError if it
+    is no place of one of the schemes, or may not be used, before any name is looked up."""
     example = f"{schemes[0]}://127.0.0.1:14550"
     if text == _PTY and "pty" in schemes:
         return Place("pty")
@@ -255,14 +252,9 @@ class LastSolution:
 
 @contextmanager
 def outlet(place: Place, listener: Listener | None, opened: Callable[[str], None]) -> Iterator[Callable[[bytes], bool]]:
-    """Yield a function that sends bytes to a place, and returns whether they were taken.
-
-    Datagrams come from the address of the listener, if there is one, so that they can be answered; a listener at the
-    same place as a connection hears what comes back by that.
-
-    Args:
-        opened: is told the name of a pseudo-terminal's device.
-    """
+    """Yield a function that sends bytes to a place, and returns whether they were taken; `opened` takes the name of a
+    pseudo-terminal's device. Datagrams come from the address of the listener, if there is one, so that they can be
+    answered; a listener at the same place as a connection hears what comes back by that."""
     if place.scheme == "pty":
         with _terminal(opened) as send:
             yield send
@@ -380,20 +372,10 @@ def send_at_pace(
     clock: Callable[[], float] = time.perf_counter,
     sleep: Callable[[float], None] = time.sleep,
 ) -> Tally:
-    """Send packets at their instants, each of which is counted from the first one, so that no delay adds up.
-
-    Args:
-        packets: in order of time; those of one microsecond have one deadline.
-        send: sends one, and returns whether it was taken.
-        pace: run time over the clock's time; inf for sending without waiting.
-        clock: a clock that never goes back, s.
-
-    Returns:
-        What was sent, also until Ctrl-C.
-
-    Raises:
-        RunError: it cannot be sent.
-    """
+    """Send packets in order of time at their instants, each of which is counted from the first one, so that no delay
+    adds up; those of one microsecond have one deadline. The pace is run time over the time of a clock that never goes
+    back, inf for sending without waiting. Return what was sent, also until Ctrl-C; raise RunError if it cannot be
+    sent."""
     tally, timed = Tally(pace), math.isfinite(pace)
     together = groupby(packets, key=lambda packet: round(1e6 * packet.time))
     groups = (list(group) for _, group in together) if timed else ([packet] for packet in packets)
@@ -436,12 +418,8 @@ def exchange(
     pace: float,
     opened: Callable[[str], None],
 ) -> tuple[Tally, list[bytes]]:
-    """Send packets to a place, and return what was sent and the answers that came to another, or back by a connection.
-
-    Args:
-        packets: the packets, or what makes them from the answers.
-        opened: is told the name of a pseudo-terminal's device.
-    """
+    """Send packets, or what makes them from the answers, to a place, and return what was sent and the answers that came
+    to another, or back by a connection; `opened` takes the name of a pseudo-terminal's device."""
     with (
         nullcontext() if listen is None else Listener(listen, place) as listener,
         outlet(place, listener, opened) as send,
@@ -519,11 +497,8 @@ def _json_rows(data: bytes) -> Iterator[dict[str, float]]:
 
 
 def scored(judge: Judge, answers: list[bytes]) -> tuple[Scored, list[str]]:
-    """Return the score of a navigator's answers beside the run's own solutions, and why some are left out.
-
-    Raises:
-        RunError: there are no solutions among them.
-    """
+    """Return the score of a navigator's answers beside the run's own solutions, and why some are left out; raise
+    RunError if there are no solutions among them."""
     from sinssim.experiments.run.run_scores import Scored
 
     columns, faults = columns_of_answers(answers)

@@ -207,13 +207,8 @@ def write_comparison(compared: ComparedRuns, target: Path, *, overwrite: bool = 
 
 
 def list_page(entries: Sequence[Entry], folder: Path, place: Path) -> str:
-    """Return the runs in a folder as a page, HTML, on which the reader draws their curves on the same axes.
-
-    Args:
-        entries: what `runs_in` returns.
-        folder: the folder.
-        place: folder of the page.
-    """
+    """Return the runs in a folder, as `runs_in` returns them, as a page, HTML, in the folder `place`, on which the
+    reader draws their curves on the same axes."""
     sources = []
     for entry in entries:
         label = _place(entry.path, folder)

@@ -105,16 +105,9 @@ class Source:
 
 
 def source_of(path: Path, label: str, solution: str | None = None) -> Source:
-    """Return what a directory has to draw.
-
-    Args:
-        path: directory of a run, an ensemble or a budget.
-        label: its name on the page.
-        solution: of a run, drawn at first; by default that of its headline figure.
-
-    Raises:
-        InputError: it has no curves, or they cannot be read.
-    """
+    """Return what the directory of a run, an ensemble or a budget has to draw, with its label on the page and the
+    solution of a run that is drawn at first, by default that of its headline figure; raise InputError if it has no
+    curves, or they cannot be read."""
     from pyarrow import ArrowException
 
     kind = kind_of(path)
@@ -196,12 +189,8 @@ def _of_budget(path: Path) -> Iterator[Curve]:
 
 
 def chosen_exhibits(sources: Sequence[Source], place: Path) -> tuple[list[Item], list[Item]]:
-    """Return what a page shows of some runs: their curves, and the keys that differ, with the script for choosing.
-
-    Args:
-        sources: in the order of the rows of the table whose last column is "curves".
-        place: folder of the page, from which the addresses of the reports lead.
-    """
+    """Return what a page shows of some runs, in the order of the rows of the table whose last column is "curves": their
+    curves, and the keys that differ, with the script for choosing. Addresses of reports lead from the page's folder."""
     count = max(1, sum(len(source.curves) for source in sources))
     columns = int(min(max(_VALUES / (2 * len(QUANTITIES) * count), _LEAST), _MOST))
     sources = [replace(source, curves=[curve.thinned(columns) for curve in source.curves]) for source in sources]

@@ -33,11 +33,8 @@ _QUATERNION = ("reference", *_VECTOR)
 
 
 def draw_coordinates(recording: Recording, streams: Iterable[Stream]) -> dict[str, str]:
-    """Record the streams of one motion, below `coordinates/`.
-
-    Returns:
-        Labels for the view's titles: the unit of each vector, and that there are coordinates.
-    """
+    """Record the streams of one motion, below `coordinates/`; return labels for the view's titles: the unit of each
+    vector, and that there are coordinates."""
     labels = {}
     for stream in streams:
         rows = thinned(len(stream.time))
@@ -84,14 +81,8 @@ def draw_flight(
     kind: str = "",
     shape: Proportions = AIRLINER,
 ) -> None:
-    """Record the motion on the map, in the 3D scene and as an attitude.
-
-    Args:
-        time: (N,) s.
-        scene: the scene of the 3D view.
-        kind: kind of vehicle, a key of `sinssim.experiments.run.run_recording.PATHS`.
-        shape: proportions of an aircraft.
-    """
+    """Record the motion of a kind of vehicle, a key of `PATHS`, with the proportions of an aircraft, on the map, in the
+    3D scene and as an attitude."""
     import rerun as rr
 
     k = thinned(len(time))

@@ -173,11 +173,7 @@ def computed(
 
 
 def live_scenario(name: str, settings: Sequence[str], form: str, rate_hz: float | None, *, listens: bool) -> Scenario:
-    """Return the scenario of a flight that the answers of a navigator are to guide.
-
-    Raises:
-        InputError: they cannot.
-    """
+    """Return the scenario of a flight that the answers of a navigator are to guide; raise InputError if they cannot."""
     if not listens:
         raise InputError("--guide: the answers of a navigator guide the flight; give --listen.")
     if form != "binary" or rate_hz is not None:
@@ -258,14 +254,9 @@ def binary_packets(of: Streamed, pace: float = 1.0) -> Iterator[Packet]:
 def live_packets(
     flight: LiveFlight, start: str | None, paced: bool, solution: Callable[[float], NavSolution | None]
 ) -> Iterator[Packet]:
-    """Yield the messages of the protocol with navigators of others while a flight is flown by what they answer.
-
-    Args:
-        flight: that of the scenario.
-        start: date of the run's time 0, UTC.
-        paced: whether the next step is flown while one is sent; otherwise after that.
-        solution: returns the last solution that has come, given until when samples were sent, s; None: none has.
-    """
+    """Yield the messages of the protocol with navigators of others while the flight of a scenario, which starts at a
+    date, UTC, is flown by what they answer. If it is paced, the next step is flown while one is sent, otherwise after
+    that. The last solution that has come, if any, is asked for with the time until when samples were sent, s."""
     from sinssim.simulation.foreign_navigator import first_message, readings_by_name
     from sinssim.simulation.navigation_stage import first_state
 

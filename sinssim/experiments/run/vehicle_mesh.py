@@ -57,15 +57,8 @@ def shape_of(scenario: Scenario) -> Proportions:
 
 
 def vehicle_mesh(kind: str, shape: Proportions = AIRLINER) -> Mesh:
-    """Return a simple model of length 1 in body axes, its centre at the origin.
-
-    Args:
-        kind: a key of `PATHS`.
-        shape: proportions of an aircraft.
-
-    Returns:
-        Vertices (V, 3), triangles (T, 3), brightness of each vertex (V,), 0…1.
-    """
+    """Return a simple model of a key of `PATHS`, of length 1 in body axes, its centre at the origin, with the
+    proportions of an aircraft: vertices (V, 3), triangles (T, 3), brightness of each vertex (V,), 0…1."""
     makers: dict[str, Callable[[], list[_Surface]]] = {
         "aircraft": partial(_aircraft, shape),
         "land": _car,

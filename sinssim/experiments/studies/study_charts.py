@@ -67,11 +67,8 @@ def at_one_rate(rows: Sequence[Row]) -> list[Row]:
 
 
 def one_draw(part: Part, study: Study) -> str:
-    """State that a part compares sensors by one draw of their errors.
-
-    Returns:
-        A few sentences; "" for a part with one sensor set or without random errors.
-    """
+    """State in a few sentences that a part compares sensors by one draw of their errors; "" for a part with one sensor
+    set or without random errors."""
     if len(part.sensors) * len(part.variants) < 2 or all(_is_certain(study.block(name)) for name in part.sensors):
         return ""
     return (
@@ -210,11 +207,8 @@ def _lines(
 
 
 def bars(rows: Sequence[Row], label: Label, line: Label, paint: Paint) -> Charts:
-    """Return errors as bars, for comparisons at one rate.
-
-    Args:
-        line: returns the name of the bar's line over time, whose colour it shares.
-    """
+    """Return errors as bars, for comparisons at one rate, with a label and the name of the line over time whose colour
+    each shares."""
     done = finished(rows)
     names = list(dict.fromkeys(label(row) for row in rows))
     charts = []
@@ -249,11 +243,8 @@ def panels_of(comparison: StudyResult, part: Part, rows: Sequence[Row]) -> dict[
 
 
 def growth(panels: Mapping[str, Sequence[tuple[str, ErrorGrowth]]], paint: Paint) -> Charts:
-    """Return the horizontal error over time, both logarithmic, so that a power of time is a straight line.
-
-    Args:
-        panels: by motion, names of lines and the growth of their errors.
-    """
+    """Return the horizontal error over time by motion and name of the line, both logarithmic, so that a power of time
+    is a straight line."""
     every = [np.maximum(history.horizontal[1:], _NANOMETRE) for drawn in panels.values() for _, history in drawn]
     ends = _beyond([float(end) for v in every for end in (v.min(), v.max())])
     charts = []
@@ -310,11 +301,7 @@ def orders(fits: Sequence[Order]) -> Charts:
 
 
 def turning(headings: Sequence[Heading]) -> Charts:
-    """Return the heading in each form over time, and its error, a column for each motion.
-
-    Args:
-        headings: of one part, each motion at one rate.
-    """
+    """Return the heading of one part in each form over time, and its error, a column for each motion at one rate."""
     rows: tuple[list[Chart], list[Chart]] = ([], [])
     for column, motion in enumerate(dict.fromkeys(heading.motion for heading in headings)):
         here = [heading for heading in headings if heading.motion == motion]
@@ -341,11 +328,8 @@ def turning(headings: Sequence[Heading]) -> Charts:
 
 
 def power_of_time(blocks: Mapping[str, tuple[ErrorGrowth, float]]) -> Charts:
-    """Return the error of blocks without gyros over time, both logarithmic, and its local power of time.
-
-    Args:
-        blocks: growth of the errors and arm of the cube, m, by name.
-    """
+    """Return the error of blocks without gyros, by name with the arm of the cube, m, over time, both logarithmic, and
+    its local power of time."""
     above, below, last = list[Mark](), list[Mark](), law.SCHULER_PERIOD
     for (name, (history, arm)), color in zip(blocks.items(), colors(list(blocks)), strict=True):
         time, error = law.linear_part(history, arm)
@@ -411,11 +395,8 @@ _LEAST = 1e-12  # smaller errors, m or arcsec, are drawn as this one
 
 
 def growth_over_time(comparison: StudyResult, paint: Paint) -> tuple[list[tuple[str, str, float, bool]], list[Charts]]:
-    """Return the growth of the errors for the recording, of the attitude where rates are compared, else horizontal.
-
-    Returns:
-        Entity, title, end of the motion and whether there is room for a legend, of each panel; and their charts.
-    """
+    """Return the growth of the errors for the recording, of the attitude where rates are compared, else horizontal: of
+    each panel entity, title, end of the motion and whether there is room for a legend; and their charts."""
     panels, drawn = list[tuple[str, str, float, bool]](), list[Chart]()
     for number, part in enumerate(comparison.study.parts, start=1):
         rows = comparison.of_part(part.title)

@@ -411,11 +411,8 @@ def _motions(comparison: StudyResult) -> Table:
 
 
 def to_json(comparison: StudyResult) -> dict[str, Any]:
-    """Return all results of a study as plain numbers and words.
-
-    Returns:
-        The contents of `results.json`; unknown numbers are None.
-    """
+    """Return all results of a study as plain numbers and words, the contents of `results.json`; unknown numbers are
+    None."""
     study = comparison.study
     contents = {
         "study": study.name,

@@ -461,11 +461,7 @@ def first_seconds(imu: ImuData, duration: float) -> ImuData:
 
 
 def motion_facts(motion: StudyMotion, trajectory: Trajectory) -> MotionFacts:
-    """Characterise a motion by numbers.
-
-    Returns:
-        The characteristics, from states and rates at evenly spread instants.
-    """
+    """Characterise a motion by numbers, from states and rates at evenly spread instants."""
     from sinssim import rotation
     from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 

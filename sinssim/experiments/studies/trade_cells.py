@@ -303,11 +303,7 @@ def of_budget(study: TradeStudy, result: BudgetResult) -> CellNumbers:
 
 
 def _rows(result: BudgetResult, quantity: Quantity, course: Array) -> list[int]:
-    """Return the rows of a budget that a quantity needs.
-
-    Args:
-        course: the quantity at all rows, (E,).
-    """
+    """Return the rows of a budget that a quantity, whose course is (E,), needs."""
     if quantity.when != "run":
         return [len(result.time) - 1 if quantity.when == "end" else result.row(quantity.time)]
     spread = np.linspace(0, len(result.time) - 1, min(_INSTANTS, len(result.time))).round().astype(int)

@@ -356,13 +356,9 @@ def label_of(quantity: Quantity) -> str:
 def cell_table(
     result: TradeResult, when: Quantity | None = None, bands: bool = False
 ) -> tuple[list[str], list[list[str]], int]:
-    """Return the table with a row for each cell, at the instant of the quantity `when`, by default at the end.
-
-    With `bands`, CEP, R95 and rate of ensembles have the ends of their 95 % bands.
-
-    Returns:
-        Heads with units, rows, and the number of columns from the left that hold words.
-    """
+    """Return heads with units, rows, and the number of columns of words at the left, of the table with a row for each
+    cell, at the instant of the quantity `when`, by default at the end. With `bands`, CEP, R95 and rate of ensembles
+    have the ends of their 95 % bands."""
     study = result.study
     at = when or Quantity("r95", "end")
     shown = [q for q in study.quantities if q.quantity in _SHOWN and (q.when, q.time) == (at.when, at.time)]

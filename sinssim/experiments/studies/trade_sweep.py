@@ -27,16 +27,9 @@ _DIGITS = 4
 
 
 def sweep(scenario: str, vary: Sequence[str], settings: Sequence[str] = ()) -> TradeStudy:
-    """Return the trade study of a scenario whose keys take several values.
-
-    Args:
-        scenario: a scenario's file, or a name as in `sinssim list scenarios`.
-        vary: an axis each, "key.path=values"; the values as in `FORM`, each number, word or array as for `--set`.
-        settings: "key.path=value", of the study (cell, runs, times_s, …) or else of the scenario in every cell.
-
-    Returns:
-        The study, as from a file with these keys; its name is that of the scenario with "-trade".
-    """
+    """Return the trade study of a scenario's file or name whose keys take several values, one axis "key.path=values" of
+    `FORM` for each to vary, as from a file with these keys; it has the scenario's name with "-trade". Settings
+    "key.path=value" are of the study (cell, runs, times_s, …) or else of the scenario in every cell."""
     data: dict[str, Any] = {"name": f"{_checked_scenario(scenario)}-trade", "scenario": scenario, "axes": []}
     for written in vary:
         key, _, values = (part.strip() for part in written.partition("="))

@@ -26,13 +26,8 @@ _WIDTHS = {"broad": 7.0, "wide": 4.0, "bold": 2.2, "line": 1.5, "thin": 1.0, "ha
 
 
 def record(exhibits: Exhibits, path: Path) -> None:
-    """Write the recording of a result.
-
-    Args:
-        exhibits: what it has to show; without a kind, the recording has a tab for each group of charts and one for
-            the tables.
-        path: the file, by convention with the suffix .rrd.
-    """
+    """Write the recording of a result, by convention with the suffix .rrd. Without a kind of its exhibits, it has a tab
+    for each group of charts and one for the tables."""
     labels = {"kind": exhibits.kind, **exhibits.labels}
     run = RunInfo(exhibits.name, *exhibits.span, (), labels=labels)
     tabs: list[rrb.Container | rrb.View] = []
@@ -70,15 +65,8 @@ def _plot(exhibits: Exhibits, chart: Chart) -> rrb.View:
 
 
 def record_charts(recording: Recording, charts: Charts, root: str = "", start: float = 0.0) -> dict[str, str]:
-    """Record those of some charts that are over time.
-
-    Args:
-        root: before their keys, which are the paths of their entities.
-        start: added to their times, s.
-
-    Returns:
-        The unit and the title of each by its key, for the views' titles.
-    """
+    """Record those of some charts that are over time, at entities below a root and from a start, s; return the unit and
+    the title of each by its key, for the views' titles."""
     labels = {}
     for chart in charts if "recording" in charts.on else ():
         if _is_over_time(chart):
@@ -94,13 +82,9 @@ def _is_over_time(chart: Chart) -> bool:
 
 
 def record_chart(recording: Recording, entity: str, chart: Chart, start: float) -> None:
-    """Record the lines and dots of a chart over time, its horizontal rules and the limits of requirements.
-
-    Args:
-        entity: path of its entity. Lines at different instants are below it in their order, which is that of drawing;
-            the viewer draws an entity after those below it.
-        start: added to its times, s.
-    """
+    """Record the lines and dots of a chart over time, its horizontal rules and the limits of requirements. Lines at
+    different instants are below its entity in their order, which is that of drawing; the viewer draws an entity after
+    those below it. The start, s, is added to its times."""
     size = chart.unit(True)[1]
     groups: list[list[tuple[Line, style.Rgb, float]]] = []
     for line in _lines_of(chart):

@@ -71,19 +71,10 @@ def is_long(count: int) -> bool:
 
 
 def screen_rows(time: Array, values: Array, start: float, end: float, events: Sequence[float] = ()) -> RowNumbers:
-    """Return the rows that draw the same picture as all of them.
-
-    In each column of pixels these are, for each series, the row with its least and that with its greatest value. The
-    first and the last row, both rows at the ends of a gap (NaN), and the rows around events stay. No value or time is
-    changed, and no extreme is lost.
-
-    Args:
-        time: (N,) s, in order; all rows of a stream or a block of them.
-        values: (N, k), the series that share the rows.
-        start: time of the first column, s, at most `time[0]`.
-        end: end of the last of `COLUMNS` columns, s.
-        events: times around which all rows stay, s.
-    """
+    """Return the rows that draw the same picture as all of them, of times (N,) s in order, and series (N, k) that share
+    the rows. In each of `COLUMNS` columns of pixels from start (at most `time[0]`) to end these are, for each series,
+    the row with its least and that with its greatest value. The first and the last row, both rows at the ends of a gap
+    (NaN), and the rows around events stay. No value or time is changed, and no extreme is lost."""
     count = len(time)
     if count <= 2 or end <= start:
         return np.arange(count)
@@ -96,15 +87,9 @@ def screen_rows(time: Array, values: Array, start: float, end: float, events: Se
 
 
 def screen_vectors(stream: Stream, events: Sequence[float] = ()) -> Iterator[tuple[str, Array, Array]]:
-    """Yield the vectors of a long stream with the rows that a screen can show.
-
-    Args:
-        stream: the stream, of which one block of rows after the other is computed.
-        events: times around which all rows stay, s.
-
-    Yields:
-        Name of the vector, times (M,) s and values (M, k), exact rows of the stream; each vector has its own rows.
-    """
+    """Yield the vectors of a long stream with the rows that a screen can show and those around events, computing one
+    block of rows after the other: name, times (M,) s and values (M, k), exact rows of the stream, of each vector its
+    own."""
     start, end = float(stream.time[0]), float(stream.time[-1])
     vector_parts: dict[str, list[tuple[Array, Array]]] = {vector.name: [] for vector in stream.vectors}
     places = np.searchsorted(stream.time, np.asarray(events, dtype=np.float64))
@@ -228,14 +213,9 @@ class Recording:
     """A recording being written; as a context manager it is closed and valid however the block ends."""
 
     def __init__(self, path: Path, application: str, blueprint: Any = None, viewer: Watching | None = None) -> None:
-        """Open the file.
-
-        Args:
-            path: the file, by convention `recording.rrd`.
-            application: application identifier; the viewer keeps one layout for each.
-            blueprint: a `rerun.blueprint.Blueprint`, the layout that the viewer opens with.
-            viewer: shows what is written at once; the file is complete without it.
-        """
+        """Open the file, by convention `recording.rrd`. The viewer keeps one layout for each `application`, and opens
+        with that of the `rerun.blueprint.Blueprint`. A `viewer` shows what is written at once; the file is complete
+        without it."""
         self._viewer = viewer
         self.ranges: dict[str, tuple[float, float]] = {}
         """Smallest and largest value of every entity recorded by `series`, for the axes of plots."""
@@ -280,21 +260,12 @@ class Recording:
         self._file.check()
 
     def blueprint(self, blueprint: Any) -> None:
-        """Replace the layout that the viewer opens with.
-
-        Args:
-            blueprint: a `rerun.blueprint.Blueprint`.
-        """
+        """Replace the `rerun.blueprint.Blueprint`, the layout that the viewer opens with."""
         self._stream.send_blueprint(blueprint, make_active=self._viewer is not None, make_default=True)
 
     def stream(self, stream: Stream, *, thin: bool = False, events: Sequence[float] = ()) -> None:
-        """Record a stream; the series are named after the Parquet columns.
-
-        Args:
-            thin: whether a long stream is reduced to the rows that a screen can show, see `screen_rows`; otherwise
-                every row is recorded. The rows that are recorded are exact.
-            events: times around which all rows are recorded, s.
-        """
+        """Record a stream; the series are named after the Parquet columns. If it is to be `thin`, a long one is reduced
+        to exact rows that a screen can show, with all around events, see `screen_rows`."""
         for vector in stream.vectors:
             lines = rr.SeriesLines(names=list(vector.columns), aggregation_policy="MinMax")
             self.static(f"{STREAMS}/{stream.name}/{vector.name}", lines)
@@ -318,14 +289,8 @@ class Recording:
         colors: Sequence[style.Rgb] | None = None,
         widths: Sequence[float] | float = 1.5,
     ) -> None:
-        """Record lines for a plot, in display units.
-
-        Args:
-            time: (N,) s.
-            values: (N, k); a NaN gives a gap, and nothing is recorded if all are NaN.
-            colors: k colours, by name if not given.
-            widths: k widths or one for all, points.
-        """
+        """Record lines (N, k) for a plot, in display units, with k colours, by name if not given, and widths in points.
+        A NaN gives a gap, and nothing is recorded if all are NaN."""
         if not np.isfinite(values).any():
             return
         lines = rr.SeriesLines(
@@ -349,14 +314,8 @@ class Recording:
         marker: str,
         size: float,
     ) -> None:
-        """Record dots for a plot, in display units.
-
-        Args:
-            time: (N,) s.
-            values: (N, k); a NaN gives no dot.
-            marker: their shape: "circle", "cross" or another shape of Rerun.
-            size: size of the markers, points.
-        """
+        """Record dots (N, k) for a plot, in display units, as markers "circle", "cross" or another shape of Rerun, of a
+        size in points. A NaN gives no dot."""
         count = len(names)
         dots = rr.SeriesPoints(
             names=list(names), colors=[color] * count, markers=[marker] * count, marker_sizes=[size] * count
@@ -382,12 +341,7 @@ class Recording:
                 self._flush()
 
     def columns(self, entity: str, time: Array, columns: Any) -> None:
-        """Record any other archetype over time.
-
-        Args:
-            time: (N,) s.
-            columns: result of `Archetype.columns(...)` for N rows.
-        """
+        """Record any other archetype over time: the result of `Archetype.columns(...)` for N rows at times in s."""
         self._stream.send_columns(entity, [_Times(nanoseconds(time))], columns, strict=True)
 
     def static(self, entity: str, archetype: Any) -> None:

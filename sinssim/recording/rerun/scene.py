@@ -40,14 +40,7 @@ class Scene:
 
     @classmethod
     def around(cls, truth: NavState, ellipsoid: Ellipsoid = WGS84) -> Scene:
-        """Return the scene that shows a whole flight.
-
-        Args:
-            truth: true states, N rows.
-
-        Returns:
-            The scene; heights are exaggerated if the flight is much longer than high.
-        """
+        """Return the scene that shows a whole flight; heights are exaggerated if it is much longer than high."""
         rows = _some_rows(len(truth.height))
         start = cls(
             float(truth.latitude[0]),
@@ -106,15 +99,8 @@ class Scene:
         return np.column_stack((difference @ east, difference @ north, (height - self.floor) * self.height_scale))
 
     def attitudes(self, latitude: Array, longitude: Array, q_nb: Array) -> Array:
-        """Return attitudes in the scene: level attitudes stay level, and north is along the drawn meridian.
-
-        Args:
-            latitude, longitude: (N,) rad.
-            q_nb: (N, 4).
-
-        Returns:
-            Quaternions, scene from body, (N, 4).
-        """
+        """Return attitudes in the scene, scene from body, (N, 4): level attitudes stay level, and north is along the
+        drawn meridian."""
         east, north = self._plane()
         sin_lat, cos_lat = np.sin(latitude), np.cos(latitude)
         local_north = np.column_stack((-sin_lat * np.cos(longitude), -sin_lat * np.sin(longitude), cos_lat))

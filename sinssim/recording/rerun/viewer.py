@@ -61,14 +61,8 @@ def asks_this_machine(host: str | None) -> bool:
 
 
 def without_other_machines(page: str) -> str:
-    """Return the viewer's page such that it loads fonts, news and examples from nowhere and reports nothing.
-
-    Args:
-        page: HTML of the viewer's page.
-
-    Returns:
-        The same page; map tiles are still asked for.
-    """
+    """Return the viewer's page such that it loads fonts, news and examples from nowhere and reports nothing; map tiles
+    are still asked for."""
     page = _ELSEWHERE.sub("", page)
     return page.replace('<script src="re_viewer.js">', _QUIET + '<script src="re_viewer.js">', 1)
 
@@ -115,13 +109,8 @@ class PageServer:
     """
 
     def __init__(self, port: int, inner: int, files: Sequence[Path], time_s: float | None = None) -> None:
-        """Listen on a port of this machine.
-
-        Args:
-            inner: port of Rerun's web server, on this machine.
-            files: recordings and layouts that the page opens, with different names.
-            time_s: place of the time cursor, s; the start if not given.
-        """
+        """Listen on a port of this machine, for a page that opens files of different names, recordings and layouts,
+        with the time cursor at an instant, s; `inner` is the port of Rerun's web server."""
 
         routes = {f"/{_FOLDER}/{quote(file.name)}": file for file in files}
         page = f"http://127.0.0.1:{port}/"
@@ -226,12 +215,8 @@ def find_recording(path: Path) -> Path:
 
 
 def find_run_info(recording: Path) -> RunInfo | None:
-    """Return the information about the run in a recording, None if it has none.
-
-    Returns:
-        The information that views need; None for a recording with its own layout, such as that of the ground study or
-        of another program.
-    """
+    """Return what views need to know about the run in a recording; None for a recording with its own layout, such as
+    that of the ground study or of another program."""
     from rerun.chunk import RrdReader
 
     text = None
@@ -257,12 +242,8 @@ def find_run_info(recording: Path) -> RunInfo | None:
 
 
 def open_viewer(path: Path, view: str | None = None, *, time_s: float | None = None) -> None:
-    """Open a run in Rerun's own viewer, and return when its window is closed.
-
-    Args:
-        view: name of the view in front, or path of a view's file; the recorded layout if not given.
-        time_s: place of the time cursor, s; the start if not given.
-    """
+    """Open a run in Rerun's own viewer, with a view (its name, or the path of its file) in front and the time cursor at
+    an instant, s, by default the start; return when its window is closed."""
     port = None if time_s is None else _free_ports(1)[0]
     arguments = ["--port", str(port or "auto"), "--bind", "127.0.0.1"]
     with _files(path, view) as files, _Viewer([*arguments, *files]) as viewer:
@@ -319,13 +300,8 @@ class LiveViewer:
 def serve(
     path: Path, view: str | None = None, *, time_s: float | None = None, ready: Callable[[str], None] | None = None
 ) -> None:
-    """Serve a run to browsers on this machine only, until interrupted.
-
-    Args:
-        view: name of the view in front, or path of a view's file; the recorded layout if not given.
-        time_s: place of the time cursor, s; the start if not given.
-        ready: called with the page's address once the server answers; by default the address is printed.
-    """
+    """Serve a run to browsers on this machine only, until interrupted; view and time as for `open_viewer`. `ready` is
+    called with the page's address once the server answers; by default the address is printed."""
     web, inner, unused = _free_ports(3)
     arguments = ["--serve-web", "--bind", "127.0.0.1", "--web-viewer-port", str(inner), "--port", str(unused)]
     with (
@@ -353,12 +329,8 @@ def screenshot(
     size: tuple[int, int] = (1600, 1000),
     time_s: float | None = None,
 ) -> None:
-    """Save a picture of a run; no screen is needed.
-
-    Args:
-        view: name of the view in front, or path of a view's file; the recorded layout if not given.
-        time_s: place of the time cursor, s; the middle of the recorded time if not given.
-    """
+    """Save a picture of a run; no screen is needed. The view is as for `open_viewer`, the time cursor by default in the
+    middle of the recorded time."""
     if not picture.absolute().parent.is_dir():
         raise InputError(f"the picture {picture} cannot be written: there is no folder {picture.absolute().parent}.")
     timed = _is_timed(find_recording(path))
@@ -550,11 +522,8 @@ class _Viewer:
             raise self.failure()
 
     def until(self, done: Callable[[], T], deadline: float) -> T:
-        """Return the first answer of the child that is true; a busy one may leave questions unanswered.
-
-        Args:
-            deadline: as for `check`.
-        """
+        """Return the first answer of the child that is true, until a deadline as for `check`; a busy one may leave
+        questions unanswered."""
         while True:
             with contextlib.suppress(OSError, RuntimeError):
                 if answer := done():

@@ -182,14 +182,9 @@ def _by_name(views: Sequence[str]) -> dict[str, Path]:
 
 
 def all_views(run: RunInfo, active: str | None = None, *, menu: bool = True) -> Any:
-    """Return one layout with a tab for every view of a run or of a study: A `rerun.blueprint.Blueprint`.
-
-    A view that does not work is left out, with a warning, unless it is the one in front.
-
-    Args:
-        active: name of the view in front, or path of a further view; the first view if not given.
-        menu: whether the viewer shows its menu and its notices about the machine.
-    """
+    """Return a `rerun.blueprint.Blueprint` with a tab for every view of a run or of a study; `active`, the name of a
+    view or the path of a further one, is in front. A view that does not work is left out, with a warning, unless it is
+    the one in front. The menu of the viewer has its notices about the machine, too."""
     import rerun.blueprint as rrb
 
     files = {name: find_content("viz", name) for name in view_names()}
