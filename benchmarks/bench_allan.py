@@ -15,9 +15,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sinssim.analyses.noise.allan_deviation import allan_deviation
-from sinssim.analyses.noise.noise_fit import fit_noise
-from sinssim.analyses.noise.noise_report import noise_report
+from sinssim.analyses.allan_deviation import allan_deviation
+from sinssim.analyses.noise_fit import fit_noise
+from sinssim.analyses.noise_report import noise_report
 from sinssim.data import ImuData
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu_section import Imu

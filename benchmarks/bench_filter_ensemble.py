@@ -24,7 +24,7 @@ from sinssim.scenario import Scenario
 from sinssim.scenario.filter_model import with_states
 from sinssim.scenario.navigation_section import initial_state_with_errors
 from sinssim.sensors.imu.compensation import compensate
-from sinssim.sensors.sets.sensor_readings import draw_true_errors, read
+from sinssim.sensors.sensor_set_readings import draw_true_errors, read
 from sinssim.simulation.aided_run import aid_run
 
 

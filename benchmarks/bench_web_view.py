@@ -24,7 +24,7 @@ from PIL import Image
 from benchmarks.bench_disk import environment
 from tests.browser import CHROMIUM, Page
 
-_SERVE = "import pathlib, sys; from sinssim.recording.rerun.viewer import serve; serve(pathlib.Path(sys.argv[1]))"
+_SERVE = "import pathlib, sys; from sinssim.recording.rerun_viewer import serve; serve(pathlib.Path(sys.argv[1]))"
 _LONGEST = 240.0
 _DRAWN = 15_000
 

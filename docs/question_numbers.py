@@ -18,8 +18,8 @@ from sinssim.experiments.studies.step_cost import count_operations
 from sinssim.sensors.error_propagation import Expectation, expect
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets.sensor_set_section import READY, dilution, not_isolable
-from sinssim.sensors.sets.single_sensors import cube, position_error
+from sinssim.sensors.sensor_set_section import READY, dilution, not_isolable
+from sinssim.sensors.single_sensors import cube, position_error
 from sinssim.strapdown import one_component_system
 from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import NavError, navigation_error

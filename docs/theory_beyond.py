@@ -72,8 +72,8 @@ BEYOND = (
         "",
         "Allan variance of each noise term, and its degrees of freedom",
         (
-            "analyses.noise.allan_deviation.allan_deviation",
-            "analyses.noise.allan_deviation.degrees_of_freedom",
+            "analyses.allan_deviation.allan_deviation",
+            "analyses.allan_deviation.degrees_of_freedom",
         ),
         (
             "analyses/noise/test_allan.py::test_allan_variance_is_the_integral_over_the_spectrum",
@@ -83,7 +83,7 @@ BEYOND = (
     Row(
         "",
         "Redundant sensors: x̂ = (HᵀWH)⁻¹HᵀWy, tr (HᵀH)⁻¹ ≥ 9/m; parity p = V y, V H = 0, V Vᵀ = I",
-        ("sensors.sets.sensor_set_section.estimator", "sensors.sets.sensor_set_section.parity_matrix"),
+        ("sensors.sensor_set_section.estimator", "sensors.sensor_set_section.parity_matrix"),
         (
             "sensors/sets/test_geometry.py::test_parity_has_its_defining_properties",
             "sensors/sets/test_geometry.py::test_ready_sets_reach_the_bound",
@@ -112,7 +112,7 @@ BEYOND = (
         "",
         "Errors of the combination: bias G b, matrix Σ g_i (k_i h_i + Σ M_ij a_ij)ᵀ, covariance σ² P, P = G Gᵀ; change "
         "of the bias at an exclusion: σ² (P′ − P)",
-        ("sensors.sets.redundant_errors.combined_errors", "scenario.filter_model.noise_of_combination"),
+        ("sensors.redundant_set_errors.combined_errors", "scenario.filter_model.noise_of_combination"),
         (
             "sensors/sets/test_combination.py::test_combination_has_the_errors_of_the_triad",
             "scenario/test_redundant_set.py::test_filter_is_consistent",
@@ -121,7 +121,7 @@ BEYOND = (
     Row(
         "",
         "Detection: pᵀp/σ² against χ² with m − 3 degrees of freedom",
-        ("sensors.sets.fault_detection.threshold", "sensors.sets.fault_detection.missed_detection"),
+        ("sensors.fault_detection.threshold", "sensors.fault_detection.missed_detection"),
         (
             "sensors/sets/test_detection.py::test_thresholds_of_the_published_table",
             "sensors/sets/test_monitor.py::test_false_alarms_are_as_frequent_as_stated",

@@ -237,7 +237,7 @@ CHAPTER = (
     Row(
         "",
         "§ 8.1: six accelerometers, A = s·f + (r × s)·ω̇ + s·(ω × (ω × r)), and the growth of their position error",
-        ("sensors.sets.single_sensors.gyro_free_increments", "sensors.sets.single_sensors.position_error"),
+        ("sensors.single_sensors.gyro_free_increments", "sensors.single_sensors.position_error"),
         (
             "sensors/sets/test_gyro_free.py::test_ideal_accelerometers_give_the_ideal_increments",
             "sensors/sets/test_gyro_free.py::test_error_grows_by_the_law",

@@ -29,7 +29,7 @@ from sinssim.exhibits import Column, Exhibits, Sentence, Table
 from sinssim.recording import style
 from sinssim.recording.figures import figure_of, save
 from sinssim.recording.page import page_of
-from sinssim.recording.rerun.exhibit_recording import markdown, record
+from sinssim.recording.rerun_exhibits import markdown, record
 from sinssim.scenario import Scenario
 from sinssim.statistics.chi_square import ComparedSystems, compare_systems, detection_probability, mid_value
 from sinssim.system.files import write_text

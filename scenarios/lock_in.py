@@ -27,7 +27,7 @@ from sinssim.exhibits import Column, Exhibits, Section, Sentence, Table
 from sinssim.recording import style
 from sinssim.recording.figures import figure_of, save
 from sinssim.recording.page import page_of
-from sinssim.recording.rerun.exhibit_recording import markdown, record
+from sinssim.recording.rerun_exhibits import markdown, record
 from sinssim.sensors.imu.laser_gyro import LaserGyro
 from sinssim.system.files import write_text
 from sinssim.units import ARCSEC, DEG, DEG_SQRT_H, fixed

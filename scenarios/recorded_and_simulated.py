@@ -26,12 +26,12 @@ from support.twin_figure import twin_charts
 
 import sinssim
 from sinssim import rotation
-from sinssim.analyses.noise.allan_deviation import AllanDeviation, allan_deviation
+from sinssim.analyses.allan_deviation import AllanDeviation, allan_deviation
 from sinssim.data import ImuData
 from sinssim.recording.figures import figure_of, save
 from sinssim.scenario import Scenario
 from sinssim.simulation.recorded_filter_run import Prepared, prepare
-from sinssim.toml_file import read_toml
+from sinssim.toml_mistakes import read_toml
 from sinssim.units import ARCMIN, DEG_H, UG
 
 Array = NDArray[np.float64]

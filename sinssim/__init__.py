@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from sinssim.algorithm_registry import ALGORITHMS as ALGORITHMS
     from sinssim.analyses.alignment_result import AlignmentResult as AlignmentResult
     from sinssim.analyses.alignment_session import align as align
-    from sinssim.analyses.calibration.calibration_result import CalibrationResult as CalibrationResult
-    from sinssim.analyses.calibration.turntable_calibration import calibrate as calibrate
+    from sinssim.analyses.calibration_result import CalibrationResult as CalibrationResult
     from sinssim.analyses.error_budget.budget_result import BudgetResult as BudgetResult
     from sinssim.analyses.error_budget.covariance_budget import budget as budget
-    from sinssim.analyses.filter_tuning.tuning import tune as tune
-    from sinssim.analyses.filter_tuning.tuning_result import TuningResult as TuningResult
+    from sinssim.analyses.filter_tuning_result import TuningResult as TuningResult
+    from sinssim.analyses.filter_tuning_search import tune as tune
+    from sinssim.analyses.turntable_calibration import calibrate as calibrate
     from sinssim.data import ImuData as ImuData
     from sinssim.data import Measurements as Measurements
     from sinssim.data import NavSolution as NavSolution

@@ -37,17 +37,22 @@ LAYERS = [
 """The top-level folders, each of which may import those before it. The files of the top level belong to the first."""
 
 HOMES = {
-    "rerun": {"recording.rerun", "experiments.run.run_scores", "experiments.run.one_component_exhibits", "*_recording"},
-    "rerun_cli": {"recording.rerun"},
+    "rerun": {
+        *(f"recording.rerun_{part}" for part in ("exhibits", "file", "viewer", "views")),
+        "*_scores",
+        "*_recording",
+    }
+    | {"experiments.run.one_component_exhibits"},
+    "rerun_cli": {"recording.rerun_viewer"},
     "jsbsim": {"truth.flight", "truth.aircraft_design"},
     "filterpy": {"estimation"},
     "typer": {"cli"},
-    "tomllib": {"toml_file", "scenario.load", "scenario.overrides"},
+    "tomllib": {"toml_mistakes", "scenario.load", "scenario.overrides"},
     "rich": {"cli", "recording.console", "progress", "*_table"},
     "matplotlib": {"recording.figures"},
     "pymavlink": {"experiments.run.stream_packets"},
-    "starlette": {"cli.workbench"},
-    "uvicorn": {"cli.workbench"},
+    "starlette": {"cli.workbench_server"},
+    "uvicorn": {"cli.workbench_server"},
 }
 """Libraries that only these parts may import; "*" stands for any beginning of a module's name."""
 

@@ -21,7 +21,7 @@ from sinssim.rotation import quaternions
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.imu.laser_gyro import LaserGyro
-from sinssim.sensors.sets.single_sensors import cube, emulate_accelerometers, gyro_free_increments
+from sinssim.sensors.single_sensors import cube, emulate_accelerometers, gyro_free_increments
 from sinssim.strapdown.frames import level
 from sinssim.truth.motions.parked_and_great_circle import Parked
 

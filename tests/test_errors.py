@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from sinssim import rotation
-from sinssim.analyses.noise.allan_deviation import allan_deviation
-from sinssim.analyses.noise.noise_fit import fit_noise
+from sinssim.analyses.allan_deviation import allan_deviation
+from sinssim.analyses.noise_fit import fit_noise
 from sinssim.data import NavState
 from sinssim.errors import InputError, RunError, printable
 from sinssim.experiments.ensembles import batch_navigation
+from sinssim.sensors import sensor_set_readings, single_sensors
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets import sensor_readings, single_sensors
 from sinssim.truth.true_gravity_disturbance import Remainder
 
 
@@ -48,8 +48,8 @@ REFUSALS: dict[str, Callable[[], object]] = {
     "times the record, 5.12e+08 s.": lambda: fit_noise(np.arange(256.0), 2.0, correlation_time=0.5),
     "the number of accelerometers must be a multiple of three, not 4.":
         lambda: single_sensors.draw_accelerometers(Imu(), 4),
-    'sensor_set.type = "gyros" has no platform.': lambda: sensor_readings.draw_platform(Imu()),
-    'sensor_set.type = "gyros" has no attitude sensor.': lambda: sensor_readings.draw_attitude_sensor(Imu()),
+    'sensor_set.type = "gyros" has no platform.': lambda: sensor_set_readings.draw_platform(Imu()),
+    'sensor_set.type = "gyros" has no attitude sensor.': lambda: sensor_set_readings.draw_attitude_sensor(Imu()),
     "a batch needs one initial state, or one for each of 3 runs; there are 2.":
         lambda: batch_navigation._initial([START, START], 3),
     "a batch needs errors and a seed for each run; there are 0 and 2.":

@@ -18,8 +18,8 @@ from sinssim.alignment.determination import determine
 from sinssim.alignment.initial_conditions import _spread, initial_state
 from sinssim.alignment.parked_theory import Attitude, InstrumentErrors, _check_regular
 from sinssim.analyses.alignment_session import _check_is_scenario, align
-from sinssim.analyses.calibration.turntable_calibration import calibrate
-from sinssim.analyses.noise.noise_report import Samples, _of_scenario, chosen_channels, part
+from sinssim.analyses.noise_report import Samples, _of_scenario, chosen_channels, part
+from sinssim.analyses.turntable_calibration import calibrate
 from sinssim.arguments import check_increasing, checked_initial, numbers
 from sinssim.cli.commands.analyses import _check_out
 from sinssim.content import package_content
@@ -42,14 +42,14 @@ from sinssim.logs.numeric_columns import bad_row
 from sinssim.logs.recorded_log import _check_scale
 from sinssim.logs.recorded_streams import InertialStream, made_increments
 from sinssim.logs.track import track_format
-from sinssim.recording.rerun.viewer import _is_timed
+from sinssim.recording.rerun_viewer import _is_timed
 from sinssim.scenario import load_scenario
 from sinssim.scenario.overrides import parse_value
 from sinssim.scenario.true_motion import fly
+from sinssim.sensors.fault_detection import threshold
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import _check_triad
 from sinssim.sensors.imu.laser_gyro import detuning, path_change
-from sinssim.sensors.sets.fault_detection import threshold
 from sinssim.simulation.foreign_navigator import VARIABLE, check_permission, check_programs
 from sinssim.statistics.random_numbers import key
 from sinssim.statistics.requirements import parse_requirement, tally

@@ -8,7 +8,7 @@ from fractions import Fraction
 import pytest
 
 from sinssim import units
-from sinssim.analyses.noise.noise_report import UNITS
+from sinssim.analyses.noise_report import UNITS
 from sinssim.logs.column_names import UNITS_OF
 from sinssim.sensors.imu.datasheet_lines import to_si
 from sinssim.statistics.circular_error import to_nmi_h

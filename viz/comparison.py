@@ -7,7 +7,7 @@ import json
 import rerun as rr
 import rerun.blueprint as rrb
 
-from sinssim.recording.rerun.views import RunInfo
+from sinssim.recording.rerun_views import RunInfo
 
 KIND = "study"
 

@@ -6,7 +6,7 @@ import math
 
 import rerun.blueprint as rrb
 
-from sinssim.recording.rerun.views import RunInfo
+from sinssim.recording.rerun_views import RunInfo
 
 NEEDS = "filter"
 

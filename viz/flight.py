@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import rerun.blueprint as rrb
 
-from sinssim.recording.rerun.views import RunInfo
+from sinssim.recording.rerun_views import RunInfo
 
 
 # Long: a layout is one nested expression, read from the outside in.

@@ -12,7 +12,7 @@ import rerun.blueprint as rrb
 from sinssim.alignment.parked_theory import Angles
 from sinssim.data import Array
 from sinssim.recording import style
-from sinssim.recording.rerun.rrd import Recording
+from sinssim.recording.rerun_file import Recording
 from sinssim.units import ARCMIN
 
 

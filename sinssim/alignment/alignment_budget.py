@@ -48,7 +48,7 @@ from sinssim.sensors.imu.error_term_table import of_triad
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp, check_sigmas
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets.redundant_errors import combined_sigma
+from sinssim.sensors.redundant_set_errors import combined_sigma
 
 Method = Literal["quiet", "disturbed", "disturbed, latitude known"]
 """Eq. (1) on a quiet base, or the inertial fit on a disturbed base with unknown or known latitude."""

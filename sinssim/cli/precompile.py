@@ -17,8 +17,8 @@ import numpy as np
 from sinssim import earth
 from sinssim.algorithm_registry import ALGORITHMS, MEASURED_ATTITUDE
 from sinssim.alignment.disturbed_base import inertial_curve
-from sinssim.analyses.calibration.turntable_calibration import calibrate
 from sinssim.analyses.error_budget.covariance_budget import budget
+from sinssim.analyses.turntable_calibration import calibrate
 from sinssim.content import list_content, package_content
 from sinssim.experiments.ensembles.batch_navigation import navigate_batch
 from sinssim.experiments.run.run_execution import rehearse, run
@@ -27,8 +27,8 @@ from sinssim.experiments.studies.study_schema import Study
 from sinssim.experiments.study import load_study
 from sinssim.scenario import Scenario, filter_model, load_scenario
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets.sensor_readings import draw_true_errors
-from sinssim.sensors.sets.sensor_set_section import Redundant
+from sinssim.sensors.sensor_set_readings import draw_true_errors
+from sinssim.sensors.sensor_set_section import Redundant
 from sinssim.strapdown.mechanization import CURVATURES, Mechanization
 from sinssim.strapdown.navigate import navigate
 from sinssim.system.files import Draft

@@ -21,7 +21,7 @@ from sinssim.experiments.workload import LIMIT_MINUTES
 from sinssim.progress import Progress
 from sinssim.scenario.load import Overrides, resolved_use
 from sinssim.scenario.overrides import override
-from sinssim.toml_file import parse_toml, read_toml, validate
+from sinssim.toml_mistakes import parse_toml, read_toml, validate
 
 Kind = TypeVar("Kind", Study, TradeStudy)
 

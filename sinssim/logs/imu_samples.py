@@ -89,7 +89,7 @@ def read_samples(
     if isinstance(description, LogDescription):
         layout, source = description, "the description"
     elif description is not None:
-        from sinssim.toml_file import read_toml, validate
+        from sinssim.toml_mistakes import read_toml, validate
 
         source = str(description)
         text, data = read_toml(Path(description))

@@ -291,7 +291,7 @@ class RecordedRun:
     @cached_property
     def scenario(self) -> dict[str, Any]:
         """Contents of scenario.toml."""
-        from sinssim.toml_file import read_toml
+        from sinssim.toml_mistakes import read_toml
 
         return read_toml(self.path / "scenario.toml")[1]
 

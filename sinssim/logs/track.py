@@ -24,16 +24,16 @@ from sinssim.logs.recorded_streams import FixStream, SolutionStream, Streams
 from sinssim.system.files import open_file
 from sinssim.toml_section import Heading, Keys, LeverArm, Speed
 from sinssim.truth.motion import NORMAL_EARTH, Motion, Mounting, TrueEarth
+from sinssim.truth.route_waypoint import Waypoint
 from sinssim.truth.sampling import Channel, FlightEvent
-from sinssim.truth.track.route_waypoint import Waypoint
 from sinssim.truth.trajectory import Trajectory
 from sinssim.units import DEG
 
 if TYPE_CHECKING:
-    from sinssim.truth.track.planned_route import Route, Timetable
-    from sinssim.truth.track.track_curve import TrackFit
-    from sinssim.truth.track.track_samples import TrackSamples
-    from sinssim.truth.track.track_smoothing import Knots, TrackOptions
+    from sinssim.truth.planned_route import Route, Timetable
+    from sinssim.truth.track_curve import TrackFit
+    from sinssim.truth.track_samples import TrackSamples
+    from sinssim.truth.track_smoothing import Knots, TrackOptions
 
 _Smoothing = Annotated[float, Field(ge=0.0, le=1e4)]
 _Distance = Annotated[float, Field(gt=0.0, le=1e6)]
@@ -187,7 +187,7 @@ class Track(Motion):
 
     def block_motion(self, block: Mounting, earth: TrueEarth, seed: int) -> Trajectory:
         """Return the motion of the block; see `Motion.block_motion`."""
-        from sinssim.truth.track.track_curve import track_curve  # needs the compiler
+        from sinssim.truth.track_curve import track_curve  # needs the compiler
 
         track = self.prepared(earth)
         return track_curve(
@@ -235,7 +235,7 @@ def read_samples(track: Track, ellipsoid: Ellipsoid) -> TrackSamples:
 
 
 def _samples_of(streams: Streams, track: Track) -> TrackSamples:
-    from sinssim.truth.track.track_samples import TrackSamples
+    from sinssim.truth.track_samples import TrackSamples
 
     known: dict[str, SolutionStream | FixStream] = {**streams.fixes, **streams.solutions}
     if not known:
@@ -275,7 +275,7 @@ def _about_heights(stream: SolutionStream | FixStream, track: Track) -> tuple[st
 
 def _travelled(path: Path, kind: str, speed: float, ellipsoid: Ellipsoid) -> TrackSamples:
     """Return samples a second apart on a path without times, travelled at a constant speed."""
-    from sinssim.truth.track.track_samples import TrackSamples, check_numbers
+    from sinssim.truth.track_samples import TrackSamples, check_numbers
 
     points = format_of(kind).read_path(path)
     if points is None:
@@ -301,7 +301,7 @@ def _travelled(path: Path, kind: str, speed: float, ellipsoid: Ellipsoid) -> Tra
 
 def _filled(points: TrackSamples, seconds: Array) -> TrackSamples:
     """Return the points of a path with others between them, at most a second apart, on great circles."""
-    from sinssim.truth.track.track_samples import TrackSamples
+    from sinssim.truth.track_samples import TrackSamples
 
     pieces = np.maximum(1, np.ceil(np.diff(seconds))).astype(int)
     at = np.append(np.repeat(np.arange(len(pieces)), pieces), max(len(pieces) - 1, 0))
@@ -362,8 +362,8 @@ def prepare(track: Track, earth: TrueEarth, digest: str) -> PreparedTrack:
 
 
 def _of_recording(track: Track, earth: TrueEarth) -> PreparedTrack:
-    from sinssim.truth.track.track_curve import fitted
-    from sinssim.truth.track.track_samples import checked_samples
+    from sinssim.truth.track_curve import fitted
+    from sinssim.truth.track_samples import checked_samples
 
     options = _options(track)
     samples = checked_samples(read_samples(track, earth.figure), options.kind, track.max_speed_mps)
@@ -372,8 +372,8 @@ def _of_recording(track: Track, earth: TrueEarth) -> PreparedTrack:
 
 
 def _options(track: Track) -> TrackOptions:
-    from sinssim.truth.track.track_smoothing import TrackOptions
-    from sinssim.truth.track.vehicle_attitude import VEHICLES
+    from sinssim.truth.track_smoothing import TrackOptions
+    from sinssim.truth.vehicle_attitude import VEHICLES
 
     smoothing, chosen = track.smoothing_s, "as given"
     if smoothing is None and track.speed_mps is not None and track.position_sigma_m is None:
@@ -396,11 +396,11 @@ def _options(track: Track) -> TrackOptions:
 
 def _planned(track: Track, earth: TrueEarth) -> PreparedTrack:
     from sinssim.truth.curve import Curve
-    from sinssim.truth.track.planned_route import Route, Timetable
-    from sinssim.truth.track.track_curve import assess
-    from sinssim.truth.track.track_samples import TrackSamples
-    from sinssim.truth.track.track_smoothing import knots_of_path
-    from sinssim.truth.track.vehicle_attitude import VEHICLES
+    from sinssim.truth.planned_route import Route, Timetable
+    from sinssim.truth.track_curve import assess
+    from sinssim.truth.track_samples import TrackSamples
+    from sinssim.truth.track_smoothing import knots_of_path
+    from sinssim.truth.vehicle_attitude import VEHICLES
 
     vehicle = VEHICLES[track.vehicle]
     route = Route(track.waypoints, vehicle, earth.figure)

@@ -125,7 +125,7 @@ def write_json(path: Path, contents: Any) -> None:
 def write_shown(exhibits: Exhibits, folder: Path) -> None:
     """Write what a result has to show as report.html and recording.rrd."""
     from sinssim.recording.page import page_of
-    from sinssim.recording.rerun.exhibit_recording import record
+    from sinssim.recording.rerun_exhibits import record
 
     write_text(folder / "report.html", page_of(exhibits))
     record(exhibits, folder / "recording.rrd")

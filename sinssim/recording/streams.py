@@ -23,9 +23,9 @@ from sinssim.units import ARCSEC, MGAL
 
 if TYPE_CHECKING:
     from sinssim.logs.reference_solution import Reference
+    from sinssim.sensors.fault_detection import Monitored
     from sinssim.sensors.imu.rotation_encoder import Encoders
-    from sinssim.sensors.sets.fault_detection import Monitored
-    from sinssim.sensors.sets.sensor_readings import Readings
+    from sinssim.sensors.sensor_set_readings import Readings
     from sinssim.strapdown.gimballed_platform import PlatformSolution
     from sinssim.truth.true_gravity_disturbance import GravityValues
 

@@ -13,7 +13,7 @@ from sinssim.scenario.filter_section import OF_THREE_AXES, FilterSection
 from sinssim.scenario.tables import IN_SPACE, OF_FRAME, Tables
 from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.imu.error_term_table import OF_TURNS, TERMS, of_triad
-from sinssim.sensors.sets.sensor_set_section import Platform
+from sinssim.sensors.sensor_set_section import Platform
 from sinssim.toml_section import Rules
 from sinssim.truth.flight.flight import Flight
 from sinssim.truth.flight.guidance import AIDED, TRUTH

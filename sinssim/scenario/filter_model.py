@@ -15,7 +15,7 @@ by at most that: νᵀS⁻¹ν over the run and xᵀP⁻¹x are noncentral χ² 
 state if d² exceeds `LEFT_OUT`; a bias is one if the sensors have a bias.
 
 Noises and errors of the combination of a redundant set have covariances proportional to P = (HᵀWH)⁻¹ of the sensors
-in use (`sinssim.sensors.sets.redundant_errors`). The white noise of the model is that of the smallest eigenvalue of P
+in use (`sinssim.sensors.redundant_set_errors`). The white noise of the model is that of the smallest eigenvalue of P
 for all sensors; the remainder and the increase by an exclusion are added noise. At an exclusion the states get the
 covariance of the difference; errors that a faulty sensor causes before are not part of the model.
 """
@@ -45,8 +45,8 @@ from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import of_triad
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.sets.redundant_errors import maps, spread
-from sinssim.sensors.sets.sensor_set_section import Redundant
+from sinssim.sensors.redundant_set_errors import maps, spread
+from sinssim.sensors.sensor_set_section import Redundant
 from sinssim.sensors.vibration_noise import AddedNoise, Change
 from sinssim.truth.motion import Motion
 from sinssim.units import ARCSEC, DEG, DEG_H, G0
@@ -54,7 +54,7 @@ from sinssim.units import ARCSEC, DEG, DEG_H, G0
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
     from sinssim.sensors.aiding_sensor import SensorState
-    from sinssim.sensors.sets.fault_detection import Monitored
+    from sinssim.sensors.fault_detection import Monitored
     from sinssim.truth.trajectory import Trajectory
 
 

@@ -18,7 +18,7 @@ from sinssim.scenario.schema import Scenario
 from sinssim.sensors.imu.grades import SUFFIX, find_grade
 from sinssim.system.extensions import file_digest, items_of
 from sinssim.system.files import read_text
-from sinssim.toml_file import parse_toml, read_toml, validate
+from sinssim.toml_mistakes import parse_toml, read_toml, validate
 
 if TYPE_CHECKING:
     from sinssim.logs.recorded_log import RecordedLog

@@ -15,7 +15,7 @@ from sinssim.sensors.imu.datasheet_lines import to_si
 from sinssim.sensors.imu.error_term_table import CORRELATION_TIME, TERMS, of_triad
 from sinssim.sensors.imu.grades import find_grade
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets.sensor_set_section import Platform, Redundant
+from sinssim.sensors.sensor_set_section import Platform, Redundant
 from sinssim.strapdown.mechanization import OF_TRUTH
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.units import PPM

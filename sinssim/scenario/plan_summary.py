@@ -29,7 +29,7 @@ from sinssim.scenario.planned_limits import check_route, check_times, expected_d
 from sinssim.scenario.tables import Tables
 from sinssim.sensors.imu.grades import GRADE_TABLE, grade_file, grade_name
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets.sensor_set_section import AttitudeSensor, Platform, Redundant, SixAccelerometers
+from sinssim.sensors.sensor_set_section import AttitudeSensor, Platform, Redundant, SixAccelerometers
 from sinssim.system.extensions import Item, source_of
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.guidance import TRUTH
@@ -187,7 +187,7 @@ def _flight_lines(flight: FlightPlan) -> Iterator[str]:
 
 def _track_lines(section: Track, earth: TrueEarth) -> Iterator[str]:
     """Summarise a track: how it fits its samples, what is assumed, and what is doubtful."""
-    from sinssim.truth.track.track_curve import fit_lines
+    from sinssim.truth.track_curve import fit_lines
 
     track = section.prepared(earth)
     others = given(section, "file", "waypoints", "vehicle")

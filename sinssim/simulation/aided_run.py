@@ -39,8 +39,8 @@ from sinssim.system.process import give_back_memory, shared
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
-    from sinssim.sensors.sets.fault_detection import Monitored
-    from sinssim.sensors.sets.sensor_readings import TrueErrors
+    from sinssim.sensors.fault_detection import Monitored
+    from sinssim.sensors.sensor_set_readings import TrueErrors
     from sinssim.toml_section import LeverArm
     from sinssim.truth.trajectory import Trajectory
 

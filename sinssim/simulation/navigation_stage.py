@@ -25,7 +25,7 @@ from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.progress import Progress, silent
 from sinssim.scenario.navigation_section import initial_state_with_errors
-from sinssim.sensors.sets.sensor_readings import Readings
+from sinssim.sensors.sensor_set_readings import Readings
 from sinssim.simulation.truth_and_sensors import RecordedMotion, Truth
 from sinssim.strapdown.mechanization import BARO_TIME_CONSTANT
 from sinssim.strapdown.navigation_error import diverged
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from sinssim.estimation.filter_start import Start
     from sinssim.logs.reference_solution import Reference
     from sinssim.scenario import Scenario
-    from sinssim.sensors.sets.sensor_readings import TrueErrors
+    from sinssim.sensors.sensor_set_readings import TrueErrors
     from sinssim.simulation.truth_and_sensors import Sensed
     from sinssim.simulation.truth_comparison import Aided
     from sinssim.strapdown.frames.vertical_channel import HeightReadings

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from sinssim.data import Array, ImuData, NavState
     from sinssim.logs.reference_solution import Reference
     from sinssim.scenario import Scenario
-    from sinssim.sensors.sets.sensor_readings import Readings, TrueErrors
+    from sinssim.sensors.sensor_set_readings import Readings, TrueErrors
     from sinssim.simulation.recorded_filter_run import Prepared
     from sinssim.strapdown.frames.vertical_channel import HeightReadings
     from sinssim.truth.flight.guidance import Guided
@@ -234,7 +234,7 @@ class Sensed:
     def perfect(self) -> Readings:
         """Readings of the same sensors without errors, of a simulated run."""
         from sinssim.sensors.imu.emulation import perfect_increments
-        from sinssim.sensors.sets.sensor_readings import Readings, read
+        from sinssim.sensors.sensor_set_readings import Readings, read
 
         truth, imu = self.truth, self.scenario.imu
         assert isinstance(truth, Truth)
@@ -250,7 +250,7 @@ def sense(scenario: Scenario, truth: Truth) -> Sensed:
     Returns:
         What the sensors read, which holds the readings of perfect sensors as well.
     """
-    from sinssim.sensors.sets.sensor_readings import draw_true_errors, read
+    from sinssim.sensors.sensor_set_readings import draw_true_errors, read
 
     errors = draw_true_errors(scenario.imu, scenario.seed, scenario.compensation)
     perfect, readings = read(truth.block, truth.ideal, scenario.imu, scenario.seed, errors)
@@ -289,7 +289,7 @@ def planned(scenario: Scenario, *, recorded: bool) -> Plan:
 def sense_recorded(scenario: Scenario, motion: RecordedMotion) -> Sensed:
     """Return what recorded sensors read, compensated by the errors that the scenario gives as numbers. `motion`: what
     is known of the motion, with the recording."""
-    from sinssim.sensors.sets.sensor_readings import Readings
+    from sinssim.sensors.sensor_set_readings import Readings
 
     imu = motion.prepared.log.imu
     readings = Readings(imu)

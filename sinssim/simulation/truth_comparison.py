@@ -18,14 +18,14 @@ from sinssim.estimation.linearisation import rows_of, solution_of
 from sinssim.estimation.state_model import FLICKER, INERTIAL, NAVIGATION, crossing_time, values_of
 from sinssim.filter_registry import GRAVITY
 from sinssim.sensors.aiding_sensor import AidingReadings
+from sinssim.sensors.fault_detection import combine
 from sinssim.sensors.flicker import smoothed_over
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.sets.fault_detection import combine
-from sinssim.sensors.sets.redundant_errors import combined_errors
-from sinssim.sensors.sets.sensor_readings import TrueErrors
-from sinssim.sensors.sets.sensor_set_section import Redundant, SensorSet
-from sinssim.sensors.sets.single_sensors import APART
+from sinssim.sensors.redundant_set_errors import combined_errors
+from sinssim.sensors.sensor_set_readings import TrueErrors
+from sinssim.sensors.sensor_set_section import Redundant, SensorSet
+from sinssim.sensors.single_sensors import APART
 from sinssim.strapdown.navigation_error import NavError, navigation_error
 
 if TYPE_CHECKING:

@@ -61,7 +61,7 @@ from sinssim.sensors.imu.emulation_kernel import (
     pack,
 )
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.sets.sensor_readings import PlatformErrors, without_errors_of_turns
+from sinssim.sensors.sensor_set_readings import PlatformErrors, without_errors_of_turns
 from sinssim.statistics.random_numbers import key, normals
 from sinssim.strapdown.frames.navigation_problem import FORMS, Models, Rows, channel_of, form_of, models_of
 from sinssim.strapdown.frames.route_pole import route_pole, too_near

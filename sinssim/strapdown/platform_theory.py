@@ -43,7 +43,7 @@ from sinssim import earth, rotation
 from sinssim.data import Array, NavState
 from sinssim.earth import OMEGA_IE, surface_gravity
 from sinssim.earth.ellipsoids import Ellipsoid
-from sinssim.sensors.sets.sensor_readings import PlatformErrors
+from sinssim.sensors.sensor_set_readings import PlatformErrors
 from sinssim.strapdown.gimballed_platform import Forces, PlatformSolution
 from sinssim.strapdown.navigation_error import NavError
 

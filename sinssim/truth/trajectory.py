@@ -13,7 +13,7 @@ from sinssim.truth.sampling import BlockMotion, Channel, FlightEvent
 if TYPE_CHECKING:
     from sinssim.data import Array, ImuData, NavState
     from sinssim.earth.ellipsoids import Ellipsoid
-    from sinssim.truth.track.track_curve import TrackCurve
+    from sinssim.truth.track_curve import TrackCurve
 
 
 class Trajectory(Protocol):
@@ -104,9 +104,9 @@ class Trajectory(Protocol):
                 height: above the ellipsoid, (N,) m; NaN where unknown.
                 quaternion: attitude q_nb, scalar first, v_n = C_nb v_b, (N, 4); it follows from the motion if not
                     given.
-                options: `vehicle`, `smoothing_s` and others, see `sinssim.truth.track.track_curve.from_samples`.
+                options: `vehicle`, `smoothing_s` and others, see `sinssim.truth.track_curve.from_samples`.
             """
-            from sinssim.truth.track.track_curve import from_samples
+            from sinssim.truth.track_curve import from_samples
 
             return from_samples(time, latitude, longitude, height, quaternion, **options)
 

@@ -260,7 +260,7 @@ def test_an_example_runs(
         np.savez("log.npz", **{name: values[:600] for name, values in np.load("log.npz").items()})
     monkeypatch.setattr("sinssim.analyses.inspection.suggestion_trial._LONGEST_S", 22.0)  # one pass, with one outage
     for name in ("open_viewer", "serve", "screenshot"):
-        monkeypatch.setattr(f"sinssim.recording.rerun.viewer.{name}", lambda place, *_, **__: Path(place).stat())
+        monkeypatch.setattr(f"sinssim.recording.rerun_viewer.{name}", lambda place, *_, **__: Path(place).stat())
     with _navigator() if "--guide" in command else nullcontext():
         _sinssim(command)
     assert capsys.readouterr().out or output or command.startswith("sinssim view")

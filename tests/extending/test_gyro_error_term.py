@@ -28,7 +28,7 @@ from sinssim.recording.page import parts_of
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.error_propagation import expect
-from sinssim.sensors.sets.sensor_readings import draw_true_errors
+from sinssim.sensors.sensor_set_readings import draw_true_errors
 
 found = {}
 H = np.arange(1.0, 10.0).reshape(3, 3)  # deg/h/g²

@@ -15,8 +15,8 @@ import sinssim
 from scenarios.support.lock_in_equation import angle_error, turnarounds
 from scenarios.support.swaying import Sway, Swaying
 from sinssim import alignment, earth, rotation
-from sinssim.analyses.noise.allan_deviation import allan_deviation
-from sinssim.analyses.noise.noise_fit import fit_noise
+from sinssim.analyses.allan_deviation import allan_deviation
+from sinssim.analyses.noise_fit import fit_noise
 from sinssim.data import ImuData, Measurements, NavState
 from sinssim.estimation import error_model
 from sinssim.estimation.estimate import estimate
@@ -25,7 +25,7 @@ from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.compensation import compensate
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.imu.laser_gyro import LaserGyro
-from sinssim.sensors.sets.single_sensors import cube, emulate_accelerometers, gyro_free_increments
+from sinssim.sensors.single_sensors import cube, emulate_accelerometers, gyro_free_increments
 from sinssim.strapdown.one_component_system import gyro_error, simulate
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.analytic import OnEarth, inertial_increments

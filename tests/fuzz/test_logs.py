@@ -12,7 +12,7 @@ import pyarrow as pa
 import pytest
 from pyarrow import csv, parquet
 
-from sinssim.analyses.noise.noise_report import clock
+from sinssim.analyses.noise_report import clock
 from sinssim.errors import SinssimWarning
 from sinssim.logs.imu_samples import SUFFIXES, read_log, read_samples
 from tests.fuzz import mangle

@@ -15,7 +15,7 @@ from sinssim.content import list_content
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.notes import keys_without_effect
 from sinssim.scenario.plan_summary import plan_lines
-from sinssim.toml_file import read_toml, validate
+from sinssim.toml_mistakes import read_toml, validate
 from tests.fuzz import mangle
 
 EVERYTHING = """

@@ -17,9 +17,9 @@ from sinssim.logs.formats.registry import FORMATS, Format
 from sinssim.logs.recorded_streams import Clock, FixStream, SolutionStream, Streams
 from sinssim.logs.track import Track, _filled, read_samples
 from sinssim.system.registries import Entry
-from sinssim.truth.track.track_samples import TrackSamples, checked_samples
-from sinssim.truth.track.track_smoothing import TrackOptions, knots_of_samples
-from sinssim.truth.track.vehicle_attitude import VEHICLES
+from sinssim.truth.track_samples import TrackSamples, checked_samples
+from sinssim.truth.track_smoothing import TrackOptions, knots_of_samples
+from sinssim.truth.vehicle_attitude import VEHICLES
 
 T = np.arange(60.0)
 

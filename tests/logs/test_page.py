@@ -10,7 +10,7 @@ import pytest
 
 import sinssim
 from sinssim.errors import InputError
-from sinssim.toml_file import read_toml
+from sinssim.toml_mistakes import read_toml
 from tests.logs.drive import drive, write_csv
 
 DOCS = Path(__file__).parents[2] / "docs"

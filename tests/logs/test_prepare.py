@@ -14,7 +14,7 @@ from sinssim.experiments.ensembles.ensemble_plan import make_plan
 from sinssim.scenario.plan_summary import plan_lines
 from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.true_motion import fly
-from sinssim.truth.track.track_curve import TrackCurve
+from sinssim.truth.track_curve import TrackCurve
 
 ROUTE = """
 waypoints = [

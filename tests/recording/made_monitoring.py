@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from sinssim.sensors.sets.fault_detection import Alarm, Monitored
-from sinssim.sensors.sets.sensor_set_section import Redundant
+from sinssim.sensors.fault_detection import Alarm, Monitored
+from sinssim.sensors.sensor_set_section import Redundant
 
 TIME = np.array([10.0, 10.5, 11.0, 11.5, 12.0])
 SECTION = Redundant(

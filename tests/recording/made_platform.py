@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from sinssim.experiments.run.parts.imu_mounting import OnPlatform
-from sinssim.sensors.sets.sensor_set_section import Platform
+from sinssim.sensors.sensor_set_section import Platform
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.strapdown.platform_theory import ACCELEROMETERS, GYROS, START, TORQUERS, ErrorsByCause
 

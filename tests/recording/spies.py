@@ -13,7 +13,7 @@ from sinssim.charts import Chart, Dots, Line, Rule
 from sinssim.exhibits import Item, charts_in
 from sinssim.recording import style
 from sinssim.recording.page import parts_of
-from sinssim.recording.rerun.exhibit_recording import record_charts
+from sinssim.recording.rerun_exhibits import record_charts
 
 
 @dataclass

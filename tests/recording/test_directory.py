@@ -21,8 +21,8 @@ from sinssim.experiments.run.finished_runs import load_streams
 from sinssim.experiments.run.run_execution import run
 from sinssim.experiments.studies.algorithm_comparison import compare
 from sinssim.experiments.study import load_study
-from sinssim.recording.rerun import rrd
-from sinssim.recording.rerun.viewer import find_recording, find_run_info
+from sinssim.recording import rerun_file
+from sinssim.recording.rerun_viewer import find_recording, find_run_info
 from sinssim.recording.result import RunDirectory
 from sinssim.scenario.navigation_section import InitialErrorSection, initial_state_with_errors
 from sinssim.strapdown.navigation_error import navigation_error
@@ -44,7 +44,7 @@ def recorded(tmp_path_factory):
     """One recorded run, the numbers it was made from, and the progress that it told."""
     with pytest.MonkeyPatch.context() as patch:
         fake = fake_run.install(COUNT, patch.setattr)
-        patch.setattr(rrd, "CHUNK_ROWS", ROWS)
+        patch.setattr(rerun_file, "CHUNK_ROWS", ROWS)
         told: list[tuple[str, float]] = []
         directory = tmp_path_factory.mktemp("runs") / "deep" / "fake"
         scenario = fake_run.scenario(detail="full")
@@ -469,7 +469,7 @@ def test_a_recording_that_cannot_be_opened_gives_its_reason_and_leaves_nothing(t
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("sinssim.recording.rerun.rrd.Recording", full)
+    monkeypatch.setattr("sinssim.recording.rerun_file.Recording", full)
     with pytest.raises(InputError, match="No space left"):
         run(fake_run.scenario(("euler",)), tmp_path / "run")
     assert list(tmp_path.iterdir()) == []

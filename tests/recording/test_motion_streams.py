@@ -11,8 +11,8 @@ import pytest
 from sinssim.data import Array, ImuData, NavSolution, NavState, blocks
 from sinssim.recording import streams
 from sinssim.recording.streams import Stream
-from sinssim.sensors.sets.fault_detection import Monitored
-from sinssim.sensors.sets.sensor_readings import Readings
+from sinssim.sensors.fault_detection import Monitored
+from sinssim.sensors.sensor_set_readings import Readings
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.truth.sampling import Channel
 from sinssim.truth.true_gravity_disturbance import GravityValues

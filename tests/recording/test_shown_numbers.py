@@ -18,7 +18,7 @@ from sinssim.experiments.studies.study_exhibits import _costs
 from sinssim.recording.page import parts_of
 from sinssim.sensors.error_propagation import expect, expectation_numbers
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets.sensor_readings import PlatformErrors
+from sinssim.sensors.sensor_set_readings import PlatformErrors
 from sinssim.statistics.requirements import parse_requirement
 from sinssim.units import ARCMIN, ARCSEC, DEG, DEG_H, PPM
 from tests.recording.spies import html

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sinssim.data import BLOCK
-from sinssim.recording.rerun.rrd import AROUND, COLUMNS, is_long, screen_rows, screen_vectors
+from sinssim.recording.rerun_file import AROUND, COLUMNS, is_long, screen_rows, screen_vectors
 from sinssim.recording.streams import Stream, Vector
 
 COUNT = 200_004

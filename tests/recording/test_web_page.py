@@ -9,7 +9,7 @@ from http.server import BaseHTTPRequestHandler, HTTPServer
 
 import pytest
 
-from sinssim.recording.rerun.viewer import PageServer, _free_ports
+from sinssim.recording.rerun_viewer import PageServer, _free_ports
 
 SECRET = b"the recording"
 

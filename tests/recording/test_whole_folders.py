@@ -9,7 +9,7 @@ from typing import Any
 import pyarrow.parquet as pq
 import pytest
 
-from sinssim.analyses.calibration import calibration_result as calibration
+from sinssim.analyses import calibration_result as calibration
 from sinssim.analyses.error_budget import budget_exhibits as budget
 from sinssim.experiments.studies import study_exhibits as study
 from sinssim.experiments.studies.study_results import Case, CoordinateError
@@ -38,7 +38,7 @@ def test_a_budget(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sinssim.analyses.error_budget.budget_exhibits.exhibits_of",
                         lambda result, answers, times: f"{answers} {times}")  # fmt: skip
     monkeypatch.setattr("sinssim.recording.page.page_of", lambda exhibits: f"report {exhibits}")
-    monkeypatch.setattr("sinssim.recording.rerun.exhibit_recording.record", writes("recording"))
+    monkeypatch.setattr("sinssim.recording.rerun_exhibits.record", writes("recording"))
     scenario, media = SimpleNamespace(to_toml=lambda: "seed = 3\n"), budget.BudgetMedia()
     result: Any = SimpleNamespace(scenario=scenario, answers=lambda: ("answer",), times=(5.0,))
     place = media.save(result, tmp_path / "b", overwrite=False)
@@ -52,7 +52,7 @@ def test_a_budget(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(*_: Any) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("sinssim.recording.rerun.exhibit_recording.record", fails)
+    monkeypatch.setattr("sinssim.recording.rerun_exhibits.record", fails)
     with pytest.raises(ZeroDivisionError):
         media.save(result, tmp_path / "b", overwrite=True)
     assert texts(place)["recording.rrd"] == "recording ('answer',) (5.0,)"
@@ -64,7 +64,7 @@ def test_a_budget(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_calibration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(calibration, "to_json", lambda result: {"unit": "µg"})
     monkeypatch.setattr(calibration, "compensation_text", lambda result: "[compensation]\n")
-    monkeypatch.setattr("sinssim.analyses.calibration.calibration_result.exhibits_of", lambda result: "exhibits")
+    monkeypatch.setattr("sinssim.analyses.calibration_result.exhibits_of", lambda result: "exhibits")
     monkeypatch.setattr("sinssim.recording.page.page_of", lambda exhibits: f"page of {exhibits}")
     result: Any = SimpleNamespace(scenario=SimpleNamespace(to_toml=lambda: "seed = 3\n"))
     media = calibration.CalibrationMedia()
@@ -83,7 +83,7 @@ def test_a_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(study, "to_json", lambda comparison: {"°": 1})
     monkeypatch.setattr(study, "exhibits_of", lambda comparison: "exhibits")
     monkeypatch.setattr("sinssim.recording.page.page_of", lambda exhibits: f"page of {exhibits}")
-    monkeypatch.setattr("sinssim.recording.rerun.exhibit_recording.record", writes("recording of"))
+    monkeypatch.setattr("sinssim.recording.rerun_exhibits.record", writes("recording of"))
     contents = {True: {"name": "all", "parts": ({"title": "one", "rates_hz": (1.0, 2.0)},)}}
     case = Case("one", "cone", "gyros", "ideal", "euler", "level", "normal", "exact", 50.0, (50.0, 12.5, 2.0), "hold")
     error = CoordinateError(case, "ecef", "x_m", 3.5, 1.25)

@@ -11,7 +11,7 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.scenario import Scenario, list_content, load_scenario
-from sinssim.toml_file import key_lines, validate
+from sinssim.toml_mistakes import key_lines, validate
 from sinssim.truth.flight.legs import REGISTRY
 from tests.scenario.examples import FLIGHT, PARKED
 

@@ -16,8 +16,8 @@ from sinssim.experiments.ensembles import run_seed
 from sinssim.experiments.run.run_result import Run
 from sinssim.scenario import Scenario
 from sinssim.scenario.filter_model import choice, filter_model, noise_of_combination, states
-from sinssim.sensors.sets.redundant_errors import spread
-from sinssim.sensors.sets.sensor_set_section import READY
+from sinssim.sensors.redundant_set_errors import spread
+from sinssim.sensors.sensor_set_section import READY
 from sinssim.simulation.truth_comparison import InertialParameters
 from sinssim.statistics.chi_square import mean_square_band
 from tests.analyses.error_budget.worlds import SHORT_TURN

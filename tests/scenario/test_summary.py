@@ -14,8 +14,8 @@ from sinssim.scenario.filter_model import excitation
 from sinssim.scenario.plan_summary import _clock, named_places, plan_lines, sensor_words
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors.imu.imu_section import Imu
+from sinssim.truth import track_curve
 from sinssim.truth.flight.flight_plan import Atmosphere, FlightPlan, Wind, planned_path
-from sinssim.truth.track import track_curve
 
 AIR = {"on": "air", "latitude_deg": 48.0, "longitude_deg": 11.0, "altitude_m": 3000.0, "airspeed_kt": 280.0,
        "heading_deg": 70.0}  # fmt: skip

@@ -16,7 +16,7 @@ from sinssim.sensors.error_propagation import ACCELERATING, AT_REST, GATHERING, 
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.imu.laser_gyro import LaserGyros
-from sinssim.sensors.sets.sensor_set_section import SixAccelerometers
+from sinssim.sensors.sensor_set_section import SixAccelerometers
 from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.curve import Curve

@@ -22,7 +22,7 @@ from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu import emulation
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu_section import draw
-from sinssim.sensors.sets.sensor_readings import draw_true_errors
+from sinssim.sensors.sensor_set_readings import draw_true_errors
 from sinssim.simulation import aided_run
 from sinssim.simulation.aided_run import aid_run, navigate_beside
 from sinssim.strapdown import navigate as navigation

@@ -19,8 +19,8 @@ from sinssim.errors import RunError
 from sinssim.experiments.run.one_component_exhibits import numbers, plane_brief
 from sinssim.experiments.run.run_execution import run
 from sinssim.recording.console import show_items
-from sinssim.recording.rerun.viewer import find_run_info
-from sinssim.recording.rerun.views import load_view
+from sinssim.recording.rerun_viewer import find_run_info
+from sinssim.recording.rerun_views import load_view
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.simulation.one_component_run import OneComponentResult, compute
 from sinssim.truth.one_component import OneComponent

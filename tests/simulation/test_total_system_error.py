@@ -42,7 +42,7 @@ from sinssim.statistics.requirements import Quantity
 from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.truth.flight.planned_path import PlannedTrack, great_circle
-from sinssim.truth.trajectory import FlightEvent
+from sinssim.truth.sampling import FlightEvent
 from sinssim.units import signed
 
 NMI = 1852.0

@@ -10,9 +10,9 @@ from sinssim.estimation.state_model import error_model
 from sinssim.sensors.imu import emulation
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp
-from sinssim.sensors.sets.sensor_readings import TrueErrors
-from sinssim.sensors.sets.sensor_set_section import Redundant
-from sinssim.sensors.sets.single_sensors import APART
+from sinssim.sensors.sensor_set_readings import TrueErrors
+from sinssim.sensors.sensor_set_section import Redundant
+from sinssim.sensors.single_sensors import APART
 from sinssim.simulation.truth_comparison import InertialParameters
 
 EDGES = 5.0 + 0.25 * np.arange(81)  # to 25 s

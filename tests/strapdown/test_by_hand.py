@@ -92,7 +92,7 @@ def test_an_error_of_the_start_turns_with_north_at_high_latitude() -> None:
 
 
 def _none() -> Any:
-    from sinssim.sensors.sets.sensor_readings import PlatformErrors
+    from sinssim.sensors.sensor_set_readings import PlatformErrors
 
     return PlatformErrors()
 

@@ -12,7 +12,7 @@ from sinssim.data import Array
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.sets.sensor_readings import PlatformErrors
+from sinssim.sensors.sensor_set_readings import PlatformErrors
 from sinssim.strapdown.gimballed_platform import Forces, inertial_forces, navigate_platform
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.strapdown.platform_theory import ACCELEROMETERS, GYROS, START, TORQUERS, errors_by_cause

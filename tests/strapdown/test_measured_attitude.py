@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError, RunError
-from sinssim.sensors.sets.sensor_readings import AttitudeSensorErrors, inertial_attitude, sense_attitude
+from sinssim.sensors.sensor_set_readings import AttitudeSensorErrors, inertial_attitude, sense_attitude
 from sinssim.strapdown.measured_attitude import navigate_by_attitude
 from sinssim.strapdown.navigation_error import NavError, navigation_error
 from sinssim.truth.curve import Curve

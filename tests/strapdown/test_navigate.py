@@ -19,7 +19,7 @@ from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError, RunError
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import Fault, ImuErrors
-from sinssim.sensors.sets.sensor_readings import PlatformErrors
+from sinssim.sensors.sensor_set_readings import PlatformErrors
 from sinssim.strapdown.gimballed_platform import Forces, PlatformSolution, inertial_forces, navigate_platform
 from sinssim.strapdown.mechanization import Mechanization
 from sinssim.strapdown.navigation_error import navigation_error

@@ -17,8 +17,8 @@ from sinssim.experiments.ensembles.ensemble_execution import errors_of_runs
 from sinssim.experiments.ensembles.ensemble_plan import TruthCache, make_plan
 from sinssim.experiments.run.finished_runs import load_streams
 from sinssim.experiments.run.run_execution import run
-from sinssim.recording.rerun.viewer import find_run_info
-from sinssim.recording.rerun.views import all_views
+from sinssim.recording.rerun_viewer import find_run_info
+from sinssim.recording.rerun_views import all_views
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.plan_summary import plan_lines
 from sinssim.units import ARCSEC, DEG, DEG_H, PPM
@@ -219,7 +219,7 @@ def test_given_and_random_errors_of_the_platform() -> None:
 
 def test_the_1_sigma_of_the_torquers_is_that_of_the_gyros() -> None:
     """Over 200 seeds, 600 numbers: the 1σ of 10 ppm is met within 10 %, 3.5σ; p = 5e-4."""
-    from sinssim.sensors.sets.sensor_readings import draw_platform
+    from sinssim.sensors.sensor_set_readings import draw_platform
 
     section = scenario().imu
     drawn = np.array([draw_platform(section, seed).torquer_scale for seed in range(200)]) / PPM

@@ -104,7 +104,7 @@ from sinssim.analyses.inspection.inspected_files import suggest
 from sinssim.logs.formats.registry import FORMATS
 from sinssim.logs.formats.registry import read_file
 from sinssim.logs.imu_samples import read_log
-from sinssim.analyses.noise.noise_report import noise_report
+from sinssim.analyses.noise_report import noise_report
 from sinssim.scenario import load_scenario
 from sinssim.scenario.true_motion import fly
 from sinssim.logs.recorded_log import recorded_log

@@ -417,7 +417,7 @@ def _with_algorithm(result: BudgetResult, error: Array) -> BudgetResult:
 
 def _sensed(scenario: Scenario, ideal: ImuData, trajectory: Trajectory) -> ImuData:
     """Return the readings of the scenario's own run, from which its filter judges whether the vehicle stands still."""
-    from sinssim.sensors.sets.sensor_readings import draw_true_errors, read
+    from sinssim.sensors.sensor_set_readings import draw_true_errors, read
 
     errors = draw_true_errors(scenario.imu, scenario.seed, scenario.compensation)
     readings = read(trajectory, ideal, scenario.imu, scenario.seed, errors)[1]

@@ -25,8 +25,8 @@ from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.sensors.imu.imu_section import OF_THE_RING
 from sinssim.sensors.imu.rotation_encoder import EncoderErrors, draw_encoders, encoders_of
-from sinssim.sensors.sets.redundant_errors import axes_of_values, spread
-from sinssim.sensors.sets.sensor_set_section import Redundant, estimator
+from sinssim.sensors.redundant_set_errors import axes_of_values, spread
+from sinssim.sensors.sensor_set_section import Redundant, estimator
 from sinssim.truth.motions.imu_rotation import TurningBlock
 from sinssim.units import ARCMIN, ARCSEC, DEG_H, PPM
 

@@ -42,7 +42,7 @@ from sinssim.sensors.imu.error_term_table import FIELDS, TERMS
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.measurement_kind import CORE
-from sinssim.sensors.sets.sensor_set_section import Redundant, along
+from sinssim.sensors.sensor_set_section import Redundant, along
 from sinssim.simulation.navigation_stage import solve
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.truth.true_gravity_disturbance import Disturbed

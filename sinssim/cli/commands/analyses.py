@@ -109,7 +109,7 @@ def align(
 
         save(report.plot(), plot)
     if record is not None:
-        from sinssim.recording.rerun.exhibit_recording import record as record_exhibits
+        from sinssim.recording.rerun_exhibits import record as record_exhibits
 
         record_exhibits(report.exhibits, record)
     if print_result(report, as_json=as_json) and report.directory is not None:
@@ -186,7 +186,7 @@ def allan(
         sinssim allan log.npz --columns log.toml --from 600 --to 36600 --record allan.rrd
         sinssim allan drive.toml --from 0 --to 30 --imu >> simulated.toml
     """
-    from sinssim.analyses.noise.noise_report import noise_report
+    from sinssim.analyses.noise_report import noise_report
 
     if plot is not None:
         from sinssim.recording.figures import check_format
@@ -205,8 +205,8 @@ def allan(
             log, columns=columns, channels=tuple(channel or ()), start=start, end=end,
             correlation_time=correlation_time, progress=progress,
         )  # fmt: skip
-    from sinssim.analyses.noise.imu_table import block_text
-    from sinssim.analyses.noise.noise_exhibits import exhibits_of, save_report
+    from sinssim.analyses.noise_exhibits import exhibits_of, save_report
+    from sinssim.analyses.noise_imu_table import block_text
 
     shows = not (imu or as_json or quiet)
     exhibits = exhibits_of(report) if shows or plot or record or out else None
@@ -215,7 +215,7 @@ def allan(
 
         save(figure_of(exhibits.chosen(exhibits.figure)), plot)
     if exhibits and record is not None:
-        from sinssim.recording.rerun.exhibit_recording import record as record_exhibits
+        from sinssim.recording.rerun_exhibits import record as record_exhibits
 
         record_exhibits(exhibits, record)
     if exhibits and out is not None:
@@ -262,7 +262,7 @@ def calibrate(
         sinssim calibrate calibration_table
         sinssim calibrate calibration_systematic --set turntable.dwell_s=60
     """
-    from sinssim.analyses.calibration.turntable_calibration import calibrate
+    from sinssim.analyses.turntable_calibration import calibrate
     from sinssim.scenario import load_scenario
 
     plan = load_scenario(scenario, with_grade(settings, grade))
@@ -427,7 +427,7 @@ def tune(
         sinssim tune my_drive.toml --key log.gnss.lever_arm_m --key log.gnss.time_offset_s
         sinssim tune mems_uav --set filter.measurement_noise_factor=3
     """
-    from sinssim.analyses.filter_tuning.tuning import tune
+    from sinssim.analyses.filter_tuning_search import tune
 
     with shown(has_bars(quiet or as_json)) as progress:
         result = tune(scenario, settings or (), keys=keys or (), held_out=held_out, progress=progress)

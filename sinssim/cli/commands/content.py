@@ -137,7 +137,7 @@ def _descriptions(kind: Literal["aircraft", "scenarios", "studies", "grades"]) -
 
 def _description(file: Path) -> str:
     """Return a TOML file's description; an invalid file must not hide the others."""
-    from sinssim.toml_file import read_toml
+    from sinssim.toml_mistakes import read_toml
 
     try:
         return str(read_toml(file)[1].get("description", ""))
@@ -188,7 +188,7 @@ def sensors(
     from sinssim.scenario.overrides import override
     from sinssim.sensors.imu.grades import find_grade
     from sinssim.sensors.imu.imu_section import Imu
-    from sinssim.toml_file import validate
+    from sinssim.toml_mistakes import validate
 
     find_grade(grade)
     data: dict[str, object] = {"grade": grade}

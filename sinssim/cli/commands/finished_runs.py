@@ -75,14 +75,14 @@ def view(
         raise typer.BadParameter(f"--time {time_s:g} is no time of a run; give seconds, less than {_LATEST:g}")
     if web and screenshot is not None:
         raise typer.BadParameter("--web and --screenshot exclude each other; give one of them")
-    from sinssim.recording.rerun import viewer
+    from sinssim.recording import rerun_viewer
 
     if screenshot is not None:
-        viewer.screenshot(run_or_recording, screenshot, view=name, time_s=time_s)
+        rerun_viewer.screenshot(run_or_recording, screenshot, view=name, time_s=time_s)
     elif web:
-        viewer.serve(run_or_recording, view=name, time_s=time_s)
+        rerun_viewer.serve(run_or_recording, view=name, time_s=time_s)
     else:
-        viewer.open_viewer(run_or_recording, view=name, time_s=time_s)
+        rerun_viewer.open_viewer(run_or_recording, view=name, time_s=time_s)
 
 
 @command
@@ -478,7 +478,7 @@ def workbench(
     """
     import os
 
-    from sinssim.cli.workbench.workbench_server import serve
+    from sinssim.cli.workbench_server import serve
     from sinssim.errors import InputError
 
     try:

@@ -35,7 +35,7 @@ from sinssim.cli.command_line import (
 
 if TYPE_CHECKING:
     from sinssim.analyses.inspection.inspected_files import Suggestion
-    from sinssim.recording.rerun.viewer import LiveViewer
+    from sinssim.recording.rerun_viewer import LiveViewer
     from sinssim.scenario import Scenario
 
 ScenarioOrFiles = Annotated[
@@ -156,7 +156,7 @@ def run(
         if viewer is not None:
             _leave_open(viewer, directory, remarks(quiet))
     if view is not None:
-        from sinssim.recording.rerun.viewer import open_viewer
+        from sinssim.recording.rerun_viewer import open_viewer
 
         open_viewer(directory, view=view)
 
@@ -185,7 +185,7 @@ def _viewer(live: bool) -> Iterator[LiveViewer | None]:
     if not live:
         yield None
         return
-    from sinssim.recording.rerun.viewer import LiveViewer
+    from sinssim.recording.rerun_viewer import LiveViewer
 
     with LiveViewer() as viewer:
         yield viewer

@@ -27,8 +27,8 @@ from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.imu.emulation import at_the_sensors, emulate
 from sinssim.sensors.imu.emulation_kernel import pack
 from sinssim.sensors.imu.imu_errors import ImuErrors
-from sinssim.sensors.sets.sensor_readings import draw_true_errors
-from sinssim.sensors.sets.sensor_set_section import Gyros
+from sinssim.sensors.sensor_set_readings import draw_true_errors
+from sinssim.sensors.sensor_set_section import Gyros
 from sinssim.simulation.navigation_stage import by_one
 from sinssim.simulation.total_system_error import has_path
 from sinssim.statistics.random_numbers import key

@@ -81,7 +81,7 @@ class FinishedRun:
     @cached_property
     def scenario(self) -> dict[str, Any]:
         """Contents of scenario.toml, as text and values without checks: older versions wrote other keys."""
-        from sinssim.toml_file import read_toml
+        from sinssim.toml_mistakes import read_toml
 
         return read_toml(self.path / "scenario.toml")[1]
 

@@ -20,7 +20,7 @@ from sinssim.recording.diagrams import ATTITUDE, POSITION, SENSOR, VELOCITY
 from sinssim.recording.svg import Drawing, Point
 from sinssim.rotation import dcm_from_quaternion, euler_from_quaternion, shown_heading
 from sinssim.sensors.aiding.air_data import Barometer
-from sinssim.sensors.sets.sensor_set_section import AttitudeSensor, Redundant, SixAccelerometers
+from sinssim.sensors.sensor_set_section import AttitudeSensor, Redundant, SixAccelerometers
 from sinssim.units import DEG
 
 if TYPE_CHECKING:

@@ -43,7 +43,7 @@ from sinssim.units import (
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.summary_types import RunSummary
-    from sinssim.recording.rerun.rrd import Recording, Watching
+    from sinssim.recording.rerun_file import Recording, Watching
     from sinssim.scenario import Scenario
     from sinssim.simulation.one_component_run import OneComponentResult, PlaneReadings
 
@@ -433,10 +433,10 @@ def record(
     viewer: Watching | None = None,
 ) -> None:
     """Write the recording."""
-    from sinssim.recording.rerun.exhibit_recording import markdown_of, record_charts
-    from sinssim.recording.rerun.rrd import Recording
-    from sinssim.recording.rerun.viewer import RUN_ENTITY
-    from sinssim.recording.rerun.views import RunInfo, all_views
+    from sinssim.recording.rerun_exhibits import markdown_of, record_charts
+    from sinssim.recording.rerun_file import Recording
+    from sinssim.recording.rerun_viewer import RUN_ENTITY
+    from sinssim.recording.rerun_views import RunInfo, all_views
 
     time, variant = result.truth.time, result.section.variant
     span = (float(time[0]), float(time[-1]))

@@ -27,7 +27,7 @@ from sinssim.recording import style
 from sinssim.recording.live_chart import deflated
 from sinssim.statistics.percentiles import cep, r95
 from sinssim.strapdown.navigation_error import NavError
-from sinssim.toml_file import read_toml
+from sinssim.toml_mistakes import read_toml
 from sinssim.units import ANGLE_SCALE, HEIGHT_SCALE, LENGTH_SCALE, SPEED_SCALE, TIME_SCALE, Scale
 
 QUANTITIES: dict[str, tuple[str, Scale]] = {

@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     from sinssim.exhibits import Exhibits, Item
     from sinssim.experiments.run.run_report import FirstSections
     from sinssim.experiments.run.summary_types import RunSummary, StageEntries
-    from sinssim.recording.rerun.rrd import Watching
+    from sinssim.recording.rerun_file import Watching
     from sinssim.scenario import Scenario
     from sinssim.truth.flight.flight_log import FlightLog
     from sinssim.truth.flight.guidance import Guided
@@ -100,7 +100,7 @@ def run(
         require: requirements on the errors of this run, such as "tse(run) <= 4 nmi"; their verdicts are in the summary.
         progress: called with one of `STAGES` and the fraction done, 0…1; "filter: " and what is tried while
             `filter.diagnose` searches. True shows a bar for each stage.
-        viewer: shows the recording of a directory while it is written, see `sinssim.recording.rerun.viewer.LiveViewer`.
+        viewer: shows the recording of a directory while it is written, see `sinssim.recording.rerun_viewer.LiveViewer`.
         flown: the flight, if it has been flown already.
 
     Returns:

@@ -28,9 +28,9 @@ from sinssim.experiments.run.run_streams import coordinate_streams, filter_strea
 from sinssim.experiments.run.sensor_exhibits import SensorComparison, comparison_charts, recorded_readings
 from sinssim.experiments.run.vehicle_mesh import PATHS, kind_of, shape_of
 from sinssim.recording import streams, style
-from sinssim.recording.rerun.scene import Scene, drifted, map_zoom, some_rows
-from sinssim.recording.rerun.viewer import RUN_ENTITY
-from sinssim.recording.rerun.views import RunInfo, all_views
+from sinssim.recording.rerun_scene import Scene, drifted, map_zoom, some_rows
+from sinssim.recording.rerun_viewer import RUN_ENTITY
+from sinssim.recording.rerun_views import RunInfo, all_views
 from sinssim.recording.result import RunDirectory, versions
 from sinssim.recording.streams import (
     Stream,
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from sinssim.experiments.run.summary_types import RunFacts, RunSummary
     from sinssim.logs.reference_solution import Reference
     from sinssim.logs.stored_run import ErrorRule
-    from sinssim.recording.rerun.rrd import Recording, Watching
+    from sinssim.recording.rerun_file import Recording, Watching
     from sinssim.scenario import Scenario
     from sinssim.simulation.navigation_stage import Navigated
     from sinssim.simulation.truth_and_sensors import Sensed
@@ -205,7 +205,7 @@ class RunWriter:
         self._draw(self._draw_charts, charts)
 
     def _draw_charts(self, items: Callable[[], Iterable[Item]]) -> None:
-        from sinssim.recording.rerun.exhibit_recording import record_charts
+        from sinssim.recording.rerun_exhibits import record_charts
 
         labels: dict[str, str] = {}
         for charts in charts_in(items()):
@@ -313,7 +313,7 @@ class RunWriter:
         self._close()
 
     def _document(self, entity: str, items: Sequence[Item]) -> None:
-        from sinssim.recording.rerun.exhibit_recording import markdown_of
+        from sinssim.recording.rerun_exhibits import markdown_of
 
         self._recording.document(entity, markdown_of(items))
 
@@ -364,6 +364,6 @@ class RunWriter:
 
 def _open(file: Path, about: RunInfo, viewer: Watching | None) -> Recording:
     """Open a recording; a task of its thread, because Rerun takes a third of a second to load."""
-    from sinssim.recording.rerun.rrd import Recording
+    from sinssim.recording.rerun_file import Recording
 
     return Recording(file, about.application, all_views(about), viewer)

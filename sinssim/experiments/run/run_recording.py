@@ -14,7 +14,7 @@ from sinssim import rotation, units
 from sinssim.data import Array, NavSolution, NavState, blocks
 from sinssim.experiments.run.vehicle_mesh import Mesh, vehicle_mesh
 from sinssim.recording import style
-from sinssim.recording.rerun.scene import Scene
+from sinssim.recording.rerun_scene import Scene
 from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import RowNumbers, thinned
 from sinssim.recording.track_map import airports_about, coasts_about
@@ -23,7 +23,7 @@ from sinssim.truth.sampling import FlightEvent
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.run_result import DrawnPath
-    from sinssim.recording.rerun.rrd import Recording
+    from sinssim.recording.rerun_file import Recording
 
 
 _UNITS = (("_rad", "deg", units.DEG), ("_mps", "m/s", 1.0), ("_m", "km", 1e3))

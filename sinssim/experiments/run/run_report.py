@@ -40,7 +40,7 @@ from sinssim.scenario.notes import (
 )
 from sinssim.scenario.plan_summary import sensor_words
 from sinssim.sensors.imu.grades import grade_name
-from sinssim.sensors.sets.sensor_readings import draw_true_errors
+from sinssim.sensors.sensor_set_readings import draw_true_errors
 from sinssim.simulation.total_system_error import pieces_of
 from sinssim.simulation.truth_and_sensors import RecordedMotion, Truth
 from sinssim.units import LENGTH_SCALE, duration_words, fixed, number_text, suiting

@@ -29,11 +29,11 @@ from sinssim.experiments.run.filter_exhibits import NAVIGATION
 from sinssim.logs.solution_score import Judge, Score
 from sinssim.recording import style
 from sinssim.recording.page import page_of
-from sinssim.recording.rerun.exhibit_recording import markdown_of, record_charts
-from sinssim.recording.rerun.rrd import Recording, whole_recording
-from sinssim.recording.rerun.scene import map_zoom, some_rows
-from sinssim.recording.rerun.viewer import RUN_ENTITY
-from sinssim.recording.rerun.views import RunInfo, all_views
+from sinssim.recording.rerun_exhibits import markdown_of, record_charts
+from sinssim.recording.rerun_file import Recording, whole_recording
+from sinssim.recording.rerun_scene import map_zoom, some_rows
+from sinssim.recording.rerun_viewer import RUN_ENTITY
+from sinssim.recording.rerun_views import RunInfo, all_views
 from sinssim.recording.result import Json, plain, versions, write_json
 from sinssim.recording.streams import error_stream, nav_stream, write_stream
 from sinssim.recording.style import thinned

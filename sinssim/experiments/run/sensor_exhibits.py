@@ -21,8 +21,8 @@ from sinssim.recording.style import thinned
 from sinssim.sensors.imu.compensation import imperfect_calibration
 from sinssim.sensors.imu.error_term_table import of_triad
 from sinssim.sensors.imu.grades import find_grade, grade_name
-from sinssim.sensors.sets.sensor_readings import torquer_sigma
-from sinssim.sensors.sets.sensor_set_section import AttitudeSensor, Gyros, Platform, Redundant, SixAccelerometers
+from sinssim.sensors.sensor_set_readings import torquer_sigma
+from sinssim.sensors.sensor_set_section import AttitudeSensor, Gyros, Platform, Redundant, SixAccelerometers
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.units import ANGLE_SCALE, DEG, DEG_H, SPEED_SCALE, UG, Scale, capital, fixed, signed, suiting
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from sinssim.sensors.imu.grades import TriadGrade
     from sinssim.sensors.imu.imu_errors import ImuErrors
     from sinssim.sensors.imu.imu_section import Imu
-    from sinssim.sensors.sets.sensor_readings import AttitudeSensorErrors, PlatformErrors, Readings, TrueErrors
+    from sinssim.sensors.sensor_set_readings import AttitudeSensorErrors, PlatformErrors, Readings, TrueErrors
     from sinssim.simulation.truth_and_sensors import Sensed
 
 

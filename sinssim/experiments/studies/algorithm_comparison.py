@@ -67,7 +67,7 @@ from sinssim.system.process import machine_memory
 from sinssim.units import ARCSEC, UG
 
 if TYPE_CHECKING:
-    from sinssim.sensors.sets.sensor_readings import Readings
+    from sinssim.sensors.sensor_set_readings import Readings
     from sinssim.truth.trajectory import Trajectory
 
 
@@ -316,7 +316,7 @@ class _Work(Experiment):
 
     def _navigate(self, block: _Block, truth: _Truth, ideal: ImuData, before: float, share: float) -> None:
         """Run the cases of a block that are not finished, those of the same sensors together."""
-        from sinssim.sensors.sets.sensor_readings import Readings, read
+        from sinssim.sensors.sensor_set_readings import Readings, read
 
         part, study = block.part, self._result.study
         todo = [case for case in cases_of(part, block.motion) if case not in block.navigated]

@@ -29,7 +29,7 @@ from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.tables import COORDINATES, AnyClosedForm, Coordinates, Use
 from sinssim.sensors.imu.grades import GRADES
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets.sensor_set_section import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
+from sinssim.sensors.sensor_set_section import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
 from sinssim.strapdown.mechanization import CURVATURES, OF_TRUTH
 from sinssim.system.registries import ensure
 from sinssim.toml_section import Duration, ExperimentFile, Keys, Rate, Section, known_name

@@ -485,7 +485,7 @@ def write_trade(result: TradeResult, folder: Path) -> None:
     import tomli_w
 
     from sinssim.recording.figures import figure_of, save
-    from sinssim.recording.rerun.exhibit_recording import markdown
+    from sinssim.recording.rerun_exhibits import markdown
 
     shown = exhibits_of(result)
     write_text(folder / "study.toml", tomli_w.dumps(result.study.model_dump(exclude_none=True)))

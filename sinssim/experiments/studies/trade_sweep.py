@@ -12,7 +12,7 @@ from sinssim.content import find_content, list_content
 from sinssim.errors import InputError, shortened
 from sinssim.experiments.studies.trade_schema import MOST_CELLS, TradeStudy
 from sinssim.scenario.overrides import override, parse_value
-from sinssim.toml_file import read_toml, validate
+from sinssim.toml_mistakes import read_toml, validate
 
 FORM = (
     "Write values with commas (50,100,200), a range START:STOP:STEP with its stop if it lies on the grid (0.5:2:0.25), "

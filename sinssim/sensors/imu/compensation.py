@@ -31,7 +31,7 @@ from sinssim.sensors.imu.generated_imu_keys import CompensationKeys, TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors, draw_triad
 from sinssim.sensors.imu.imu_section import Imu, Places
 from sinssim.sensors.imu.size_effect import at_the_elements
-from sinssim.toml_file import read_toml
+from sinssim.toml_mistakes import read_toml
 
 _SENSORS, _AXES = {"gyro": "gyro", "accel": "accelerometer"}, np.eye(3)
 _APART = 1 << 40  # offset of the seed, far from those of scenarios and of single accelerometers

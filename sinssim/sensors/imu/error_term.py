@@ -12,10 +12,25 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim.data import Array
-from sinssim.sensors.imu.datasheet_units import _WRITTEN
 
 # Limits beyond any sensor: 1000 deg/s, 100 g, all of the input, a whole turn; larger values are typing errors.
 _MOST = {"deg": 3.6e6, "ug": 1e8, "ppm": 1e6, "arcsec": 1.296e6, "mm": 1e8, "s": 1e9, "g": 1e6}
+
+_WRITTEN = {
+    "deg_h": "deg/h",
+    "deg_sqrt_h": "deg/√h",
+    "deg_h_sqrt_h": "deg/h/√h",
+    "deg_s": "deg/s",
+    "deg2_s2": "(deg/s)²",
+    "ug": "µg",
+    "ug_sqrt_hz": "µg/√Hz",
+    "ug_sqrt_h": "µg/√h",
+    "mm_s": "mm/s",
+    "c": "°C",
+    "g2": "g²",
+    "g3": "g³",
+}
+"""Customary notation of units where it differs from that in keys."""
 
 _OFF_DIAGONAL = ~np.eye(3, dtype=bool)
 

@@ -13,20 +13,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from sinssim.sensors.imu.datasheet_units import (
-    ACCELERATION,
-    ANGLE,
-    ANGLE_WALK,
-    PER_DEGREE,
-    PER_G,
-    PER_HOUR,
-    RATE,
-    RATIO,
-    VELOCITY_WALK,
-    per,
-)
 from sinssim.sensors.imu.error_term import ErrorTerm
-from sinssim.units import DEG, DEG_H, G0, UG
+from sinssim.units import ARCMIN, ARCSEC, DEG, DEG_H, DEG_SQRT_H, FOOT, G0, MPS_SQRT_H, PPM, UG
 
 DTHETA_STEP, DVEL_STEP = 2.0**-52, 2.0**-46
 """Steps of the angle and velocity increments of a sensor without pulses, rad and m/s. The angle is the spacing of
@@ -37,6 +25,36 @@ CORRELATION_TIME = 3600.0
 """Correlation time of the bias instability [s]. Manufacturers do not specify it. Published error models of such sensors
 assume one hour (NavToolkit's `ImuModel` presets; the STIM300 and Ellipse2 error table of an article in NAVIGATION, the
 journal of the Institute of Navigation, which marks it as not specified by the manufacturer)."""
+
+
+# The units of data sheets as the ends of keys, in SI.
+_ANGLE = {"arcsec": ARCSEC, "arcmin": ARCMIN, "mrad": 1e-3, "urad": 1e-6, "deg": DEG}
+_RATE = {"deg_h": DEG_H, "deg_s": DEG, "mdeg_s": 1e-3 * DEG, "urad_s": 1e-6, "rad_s": 1.0}
+_ACCELERATION = {"ug": UG, "mg": 1e3 * UG, "g": G0, "mps2": 1.0}
+_RATIO = {"ppm": PPM, "percent": 1e-2}
+_ANGLE_WALK = {
+    "deg_sqrt_h": DEG_SQRT_H,
+    "deg_h_sqrt_hz": DEG_H,
+    "deg_s_sqrt_hz": DEG,
+    "mdeg_s_sqrt_hz": 1e-3 * DEG,
+    "rad_s_sqrt_hz": 1.0,
+}
+_VELOCITY_WALK = {
+    "ug_sqrt_hz": UG,
+    "mg_sqrt_hz": 1e3 * UG,
+    "mps_sqrt_h": MPS_SQRT_H,
+    "ftps_sqrt_h": FOOT * MPS_SQRT_H,
+    "mps2_sqrt_hz": 1.0,
+}
+_PER_HOUR = {"h": 3600.0, "s": 1.0}
+_PER_DEGREE = {"c": 1.0}
+_PER_G = {"g": G0, "mps2": 1.0}
+
+
+def _per(units: Mapping[str, float], below: Mapping[str, float]) -> dict[str, float]:
+    """Return the units of a quotient: every combination, for example "deg_h_per_g". `units`: units of the numerator,
+    size in SI by name in a key."""
+    return {f"{name}_per_{other}": size / unit for name, size in units.items() for other, unit in below.items()}
 
 
 _MOST_TILT = 40_000.0  # arcsec: 11 degrees, beyond which the three axes are too far from orthogonal
@@ -63,7 +81,7 @@ def _both(
 
 _ROWS = (
     *_both(
-        "bias", 3, RATE, ACCELERATION,
+        "bias", 3, _RATE, _ACCELERATION,
         si_unit="{rate}",
         multiplies=lambda sensed, along, force, warmth, time: 1.0,
         label="bias",
@@ -73,7 +91,7 @@ _ROWS = (
         source="bias",
     ),
     *_both(
-        "scale", 3, RATIO, RATIO,
+        "scale", 3, _RATIO, _RATIO,
         si_unit="1",
         multiplies=lambda sensed, along, force, warmth, time: sensed,
         label="scale factor",
@@ -85,7 +103,7 @@ _ROWS = (
         limits={"gt": -1e6},
     ),
     *_both(
-        "misalignment", 6, ANGLE, ANGLE,
+        "misalignment", 6, _ANGLE, _ANGLE,
         si_unit="rad",
         multiplies=lambda sensed, along, force, warmth, time: along,
         label="tilt towards",
@@ -100,7 +118,7 @@ _ROWS = (
         sigma_limits={"ge": 0.0, "le": _MOST_TILT / 4.0},
     ),
     *_both(
-        "asymmetry", 3, RATIO, RATIO,
+        "asymmetry", 3, _RATIO, _RATIO,
         si_unit="1",
         multiplies=lambda sensed, along, force, warmth, time: 0.5 * abs(sensed),
         label="asymmetry",
@@ -112,7 +130,7 @@ _ROWS = (
         source="non-linearity",
     ),
     *_both(
-        "quadratic", 3, per(RATIO, {"deg_s": DEG, "rad_s": 1.0}), per(ACCELERATION, {"g2": G0**2}),
+        "quadratic", 3, _per(_RATIO, {"deg_s": DEG, "rad_s": 1.0}), _per(_ACCELERATION, {"g2": G0**2}),
         si_unit="1/({rate})",
         multiplies=lambda sensed, along, force, warmth, time: sensed * sensed,
         meaning="error that grows with the square of the input",
@@ -132,7 +150,7 @@ _ROWS = (
         },
     ),
     *_both(
-        "cubic", 3, per(RATIO, {"deg2_s2": DEG**2, "rad2_s2": 1.0}), per(ACCELERATION, {"g3": G0**3}),
+        "cubic", 3, _per(_RATIO, {"deg2_s2": DEG**2, "rad2_s2": 1.0}), _per(_ACCELERATION, {"g3": G0**3}),
         si_unit="1/({rate})²",
         multiplies=lambda sensed, along, force, warmth, time: sensed * sensed * sensed,
         meaning="error that grows with the cube of the input",
@@ -152,7 +170,7 @@ _ROWS = (
         },
     ),
     ErrorTerm(
-        "accel_cross_axis", "accel", "cross_axis", 6, per(ACCELERATION, {"g2": G0**2}),
+        "accel_cross_axis", "accel", "cross_axis", 6, _per(_ACCELERATION, {"g2": G0**2}),
         si_unit="1/({rate})",
         multiplies=lambda sensed, along, force, warmth, time: sensed * along,
         label="coupling with",
@@ -166,7 +184,7 @@ _ROWS = (
         source="non-linearity",
     ),
     ErrorTerm(
-        "gyro_g_sensitivity", "gyro", "g_sensitivity", 9, per(RATE, PER_G),
+        "gyro_g_sensitivity", "gyro", "g_sensitivity", 9, _per(_RATE, _PER_G),
         si_unit="rad/s/(m/s²)",
         multiplies=lambda sensed, along, force, warmth, time: force,
         label="g-sensitivity to",
@@ -179,7 +197,7 @@ _ROWS = (
         source="g-sensitivity",
     ),
     *_both(
-        "bias_temperature", 3, per(RATE, PER_DEGREE), per(ACCELERATION, PER_DEGREE),
+        "bias_temperature", 3, _per(_RATE, _PER_DEGREE), _per(_ACCELERATION, _PER_DEGREE),
         si_unit="{rate}/K",
         multiplies=lambda sensed, along, force, warmth, time: warmth,
         label="bias, with temperature",
@@ -190,7 +208,7 @@ _ROWS = (
         source="temperature",
     ),
     *_both(
-        "scale_temperature", 3, per(RATIO, PER_DEGREE), per(RATIO, PER_DEGREE),
+        "scale_temperature", 3, _per(_RATIO, _PER_DEGREE), _per(_RATIO, _PER_DEGREE),
         si_unit="1/K",
         multiplies=lambda sensed, along, force, warmth, time: warmth * sensed,
         label="scale factor, with temperature",
@@ -202,7 +220,7 @@ _ROWS = (
         source="temperature",
     ),
     *_both(
-        "ramp", 3, per(RATE, PER_HOUR), per(ACCELERATION, PER_HOUR),
+        "ramp", 3, _per(_RATE, _PER_HOUR), _per(_ACCELERATION, _PER_HOUR),
         si_unit="{rate}/s",
         multiplies=lambda sensed, along, force, warmth, time: time,
         label="growth of the bias",
@@ -212,7 +230,7 @@ _ROWS = (
         source="ramp",
     ),
     *_both(
-        "random_walk", 1, ANGLE_WALK, VELOCITY_WALK,
+        "random_walk", 1, _ANGLE_WALK, _VELOCITY_WALK,
         si_unit="{integral}/√s",
         explanation="angle and velocity random walk N",
         stage="WHITE",
@@ -229,7 +247,7 @@ _ROWS = (
         },
     ),
     *_both(
-        "quantum", 1, ANGLE, {"mm_s": 1e-3, "mps": 1.0},
+        "quantum", 1, _ANGLE, {"mm_s": 1e-3, "mps": 1.0},
         si_unit="{integral}",
         label="pulse weight",
         meaning="weight of one pulse of the accumulated output",
@@ -241,7 +259,7 @@ _ROWS = (
         },
     ),
     *_both(
-        "instability", 1, RATE, ACCELERATION,
+        "instability", 1, _RATE, _ACCELERATION,
         si_unit="{rate}",
         label="bias instability, 1σ",
         meaning="slow variation of the bias within a run",
@@ -260,7 +278,7 @@ _ROWS = (
         slots=0,
     ),
     *_both(
-        "flicker", 1, RATE, ACCELERATION,
+        "flicker", 1, _RATE, _ACCELERATION,
         si_unit="{rate}",
         label="flicker B",
         meaning="bias instability B, floor of the Allan deviation over 0.664",

@@ -12,7 +12,7 @@ from sinssim.data import Array
 from sinssim.errors import shortened
 from sinssim.sensors.imu.datasheet_lines import not_absurd
 from sinssim.sensors.imu.imu_errors import Fault, FaultKind
-from sinssim.sensors.sets.sensor_set_section import MOST
+from sinssim.sensors.sensor_set_section import MOST
 from sinssim.toml_section import NotNegative, Positive, Section
 from sinssim.units import ARCSEC, DEG, DEG_H, G0, UG
 

@@ -15,7 +15,7 @@ from sinssim.errors import InputError, nearest, shortened
 from sinssim.sensors.imu.datasheet_lines import ErrorTable, to_si
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import TERMS
-from sinssim.toml_file import read_toml, validate
+from sinssim.toml_mistakes import read_toml, validate
 from sinssim.toml_section import Sentence
 from sinssim.units import ARCSEC, DEG_H, DEG_SQRT_H, MPS_SQRT_H, PPM, UG
 

@@ -34,7 +34,7 @@ from sinssim.sensors.imu.generated_imu_keys import ImuKeys, TriadErrors
 from sinssim.sensors.imu.grades import GradeName, find_grade
 from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp, draw_triad
 from sinssim.sensors.imu.laser_gyro import LaserGyros, NullShift
-from sinssim.sensors.sets.sensor_set_section import Gyros, Redundant, SensorSet
+from sinssim.sensors.sensor_set_section import Gyros, Redundant, SensorSet
 from sinssim.toml_section import LeverArm, Positive, Vector3
 from sinssim.truth.motions.imu_rotation import Rotation
 

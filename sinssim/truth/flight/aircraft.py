@@ -15,7 +15,7 @@ from typing import Self
 from pydantic import Field, model_validator
 
 from sinssim.content import find_content
-from sinssim.toml_file import read_toml, validate
+from sinssim.toml_mistakes import read_toml, validate
 from sinssim.toml_section import NotNegative, Positive, Section
 from sinssim.truth.motion import Mounting
 

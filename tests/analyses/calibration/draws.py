@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2
 
-from sinssim.analyses.calibration.calibration_result import CalibrationResult
-from sinssim.analyses.calibration.turntable_calibration import calibrate
+from sinssim.analyses.calibration_result import CalibrationResult
+from sinssim.analyses.turntable_calibration import calibrate
 from sinssim.data import Array
 from sinssim.scenario import Scenario
 

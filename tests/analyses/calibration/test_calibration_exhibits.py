@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.analyses.calibration import calibration_result as shown
-from sinssim.analyses.calibration.calibration_problem import OBSERVABLE, Parameter
-from sinssim.analyses.calibration.calibration_result import CalibrationResult
+from sinssim.analyses import calibration_result as shown
+from sinssim.analyses.calibration_problem import OBSERVABLE, Parameter
+from sinssim.analyses.calibration_result import CalibrationResult
 from sinssim.charts import Bars, Dots, Rule
 from sinssim.exhibits import Exhibits, Verbatim
 from sinssim.recording.console import show

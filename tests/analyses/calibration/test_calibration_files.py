@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sinssim.analyses.calibration.calibration_problem import Estimate, Parameter, Solution
-from sinssim.analyses.calibration.calibration_result import CalibrationResult, to_json
+from sinssim.analyses.calibration_problem import Estimate, Parameter, Solution
+from sinssim.analyses.calibration_result import CalibrationResult, to_json
 
 DEG_H, MICRO_G, SECOND = pi / 648_000.0, 9.80665e-6, pi / 648_000.0
 SIZES = np.array([DEG_H, MICRO_G, 1e-6, SECOND, 1e-3])

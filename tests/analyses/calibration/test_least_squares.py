@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.analyses.calibration.calibration_problem import Solution, nuisances, solve, unobservable
+from sinssim.analyses.calibration_problem import Solution, nuisances, solve, unobservable
 
 NONE = np.zeros((3, 0)), np.zeros(0)
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.analyses.calibration.calibration_problem import TriadNoise, covariance_of_integrals, errors_of, make_task
-from sinssim.analyses.calibration.separate_method import _spans, linearise, right_jacobian
-from sinssim.analyses.calibration.turntable_calibration import calibrate
-from sinssim.analyses.calibration.turntable_dwells import planned
+from sinssim.analyses.calibration_problem import TriadNoise, covariance_of_integrals, errors_of, make_task
+from sinssim.analyses.separate_calibration import _spans, linearise, right_jacobian
+from sinssim.analyses.turntable_calibration import calibrate
+from sinssim.analyses.turntable_dwells import planned
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu_errors import ImuErrors
@@ -68,7 +68,7 @@ def test_one_planted_error_is_found_and_no_other(name: str) -> None:
     ideal = fly(described).increments(20.0)
     task = make_task(described, described.calibration, ideal, planned(described.turntable, ideal.time))
     true = np.array([100.0 * one.size * (one.name == name) for one in task.known])
-    from sinssim.analyses.calibration.separate_method import separate
+    from sinssim.analyses.separate_calibration import separate
 
     estimate = separate(
         make_task(described, described.calibration, emulate(ideal, errors_of(task.known, true)), task.dwells)

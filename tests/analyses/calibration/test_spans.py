@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.analyses.calibration.turntable_calibration import calibrate
-from sinssim.analyses.calibration.turntable_dwells import Dwells, between, detected, planned
+from sinssim.analyses.turntable_calibration import calibrate
+from sinssim.analyses.turntable_dwells import Dwells, between, detected, planned
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.scenario import load_scenario

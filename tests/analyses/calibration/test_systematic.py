@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import tomllib
+
 import numpy as np
 import pytest
 
 from sinssim import budget, navigate, rotation
-from sinssim.analyses.calibration.calibration_problem import errors_of, make_task
-from sinssim.analyses.calibration.calibration_result import compensation_text
-from sinssim.analyses.calibration.systematic_method import in_accelerometer_frame, linearise, steps, systematic
-from sinssim.analyses.calibration.turntable_calibration import calibrate
-from sinssim.analyses.calibration.turntable_dwells import planned
+from sinssim.analyses.calibration_problem import errors_of, make_task
+from sinssim.analyses.calibration_result import compensation_text
+from sinssim.analyses.systematic_calibration import in_accelerometer_frame, linearise, steps, systematic
+from sinssim.analyses.turntable_calibration import calibrate
+from sinssim.analyses.turntable_dwells import planned
 from sinssim.scenario import Scenario
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.compensation import compensate
@@ -19,7 +21,6 @@ from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.imu_section import draw
 from sinssim.statistics.percentiles import percentile
-from sinssim.toml_file import tomllib
 from tests.analyses.calibration.draws import ARCSECONDS, DEGREES, check, drawn, scenario
 from tests.slow import slow
 

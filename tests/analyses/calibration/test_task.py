@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sinssim.analyses.calibration.calibration_problem import (
+from sinssim.analyses.calibration_problem import (
     Estimate,
     Solution,
     errors_of,
@@ -20,18 +21,17 @@ from sinssim.analyses.calibration.calibration_problem import (
     parameters,
     values_of,
 )
-from sinssim.analyses.calibration.calibration_result import CalibrationResult, compensation_text
-from sinssim.analyses.calibration.separate_method import _first_trust
-from sinssim.analyses.calibration.systematic_method import _coarse, _levelled, arm_pull, linearise, steps
-from sinssim.analyses.calibration.turntable_calibration import _remarks, calibrate
-from sinssim.analyses.calibration.turntable_dwells import Dwells, planned
+from sinssim.analyses.calibration_result import CalibrationResult, compensation_text
+from sinssim.analyses.separate_calibration import _first_trust
+from sinssim.analyses.systematic_calibration import _coarse, _levelled, arm_pull, linearise, steps
+from sinssim.analyses.turntable_calibration import _remarks, calibrate
+from sinssim.analyses.turntable_dwells import Dwells, planned
 from sinssim.data import ImuData
 from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.scenario import Scenario
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.compensation import compensate
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.toml_file import tomllib
 from sinssim.units import ARCSEC, DEG_H, G0, PPM, UG
 from tests.analyses.calibration.draws import scenario
 

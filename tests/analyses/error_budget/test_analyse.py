@@ -12,7 +12,7 @@ from sinssim.analyses.error_budget.covariance_budget import _OTHER_SETS
 from sinssim.errors import InputError
 from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.aiding_sensor import AidingReadings, Vehicle
-from sinssim.sensors.sets.sensor_set_section import SensorSet
+from sinssim.sensors.sensor_set_section import SensorSet
 from tests.analyses.error_budget.worlds import SHORT_TURN, scenario
 
 _AIDED: dict[str, Any] = {"motion": SHORT_TURN, "navigation": {"vertical": "free"}, "filter": {}}

@@ -11,9 +11,9 @@ from rerun.chunk import RrdReader
 
 import sinssim
 from sinssim.analyses.error_budget.budget_exhibits import exhibits_of
-from sinssim.recording.rerun.exhibit_recording import record
-from sinssim.recording.rerun.viewer import find_run_info
-from sinssim.recording.rerun.views import all_views, load_view
+from sinssim.recording.rerun_exhibits import record
+from sinssim.recording.rerun_viewer import find_run_info
+from sinssim.recording.rerun_views import all_views, load_view
 from tests.analyses.error_budget.worlds import SHORT_TURN, scenario
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sinssim.analyses.filter_tuning.tuning import tune, value_of
-from sinssim.analyses.filter_tuning.tuning_data import INSTALLED, installed_errors, installed_part
-from sinssim.analyses.filter_tuning.tuning_result import Tuned, TuningResult
+from sinssim.analyses.filter_tuning_data import INSTALLED, installed_errors, installed_part
+from sinssim.analyses.filter_tuning_result import Tuned, TuningResult
+from sinssim.analyses.filter_tuning_search import tune, value_of
 from sinssim.errors import InputError
 from sinssim.scenario import load_scenario
 from tests.analyses.filter_tuning.planted import AGE, ARM, LATE, MOUNTED, written, written_log, written_mounted

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.analyses.filter_tuning.tuning_data import TuningData
+from sinssim.analyses.filter_tuning_data import TuningData
 from sinssim.estimation.linear_replay import Assumptions, LinearPass, densities_of, sources_of
 from tests.analyses.filter_tuning.planted import written
 

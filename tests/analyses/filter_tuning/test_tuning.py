@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sinssim.analyses.filter_tuning.tuning import tune
-from sinssim.analyses.filter_tuning.tuning_data import _value
-from sinssim.analyses.filter_tuning.tuning_result import Judged, Tuned, TuningResult
+from sinssim.analyses.filter_tuning_data import _value
+from sinssim.analyses.filter_tuning_result import Judged, Tuned, TuningResult
+from sinssim.analyses.filter_tuning_search import tune
 from sinssim.cli.app import main
 from sinssim.errors import InputError
 from sinssim.exhibits import Sentence, Table
@@ -134,12 +134,12 @@ def test_what_a_result_shows() -> None:
 def test_bad_input(
     arguments: list[str], message: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from sinssim.analyses.filter_tuning import tuning_data
+    from sinssim.analyses import filter_tuning_data
 
-    monkeypatch.setattr(tuning_data, "fly", lambda scenario: None)  # refused before anything flies
-    monkeypatch.setattr(tuning_data, "truth_along", lambda *_: type("Truth", (), {"trajectory": None}))
-    monkeypatch.setattr(tuning_data, "sense", lambda *_: type("Sensed", (), {"imu": None}))
-    monkeypatch.setattr(tuning_data, "readings_along", lambda *_: ())
+    monkeypatch.setattr(filter_tuning_data, "fly", lambda scenario: None)  # refused before anything flies
+    monkeypatch.setattr(filter_tuning_data, "truth_along", lambda *_: type("Truth", (), {"trajectory": None}))
+    monkeypatch.setattr(filter_tuning_data, "sense", lambda *_: type("Sensed", (), {"imu": None}))
+    monkeypatch.setattr(filter_tuning_data, "readings_along", lambda *_: ())
     with pytest.raises(SystemExit) as stopped:
         main(["tune", *arguments])
     assert stopped.value.code == 2

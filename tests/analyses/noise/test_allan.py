@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from sinssim.analyses.noise.allan_deviation import (
+from sinssim.analyses.allan_deviation import (
     FLICKER,
     QUANTISATION,
     RANDOM_WALK,

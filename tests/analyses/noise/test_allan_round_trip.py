@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from sinssim.analyses.noise.noise_fit import fit_noise
+from sinssim.analyses.noise_fit import fit_noise
 from sinssim.data import ImuData
 from sinssim.errors import InputError
 from sinssim.sensors import ImuErrors, TriadErrors
@@ -189,7 +189,7 @@ def test_an_ideal_sensor_has_nothing_to_identify():
 
 def test_every_key_of_a_scenario_in_its_unit():
     """Datasheet units in, datasheet units out, for gyros and accelerometers."""
-    from sinssim.analyses.noise.noise_report import UNITS
+    from sinssim.analyses.noise_report import UNITS
 
     keys = {
         "gyro_quantum_arcsec": 2.0,

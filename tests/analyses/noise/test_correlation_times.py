@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.analyses.noise import noise_confidence_bands
-from sinssim.analyses.noise.noise_confidence_bands import correlation_times
+from sinssim.analyses import noise_confidence_bands
+from sinssim.analyses.noise_confidence_bands import correlation_times
 
 QUANTILE = 1.959963984540054
 """97.5 % point of the normal distribution, √3.8415."""

@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 from scipy.signal import butter, lfilter
 from scipy.stats import binom
 
-from sinssim.analyses.noise.noise_fit import fit_noise
+from sinssim.analyses.noise_fit import fit_noise
 from sinssim.errors import InputError
 from tests.oracles import noise
 from tests.slow import slow

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from sinssim.analyses.noise.imu_table import _grade, block_text, imu_block
-from sinssim.analyses.noise.noise_report import noise_report
+from sinssim.analyses.noise_imu_table import _grade, block_text, imu_block
+from sinssim.analyses.noise_report import noise_report
 from sinssim.cli.app import main
 from sinssim.errors import InputError
 from sinssim.sensors.imu.grades import GRADE_TABLE

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.analyses.noise import noise_exhibits as shown
-from sinssim.analyses.noise.noise_fit import TermEstimate
-from sinssim.analyses.noise.noise_report import CHANNELS, ChannelNoise, LogChannel, units_of
+from sinssim.analyses import noise_exhibits as shown
+from sinssim.analyses.noise_fit import TermEstimate
+from sinssim.analyses.noise_report import CHANNELS, ChannelNoise, LogChannel, units_of
 from sinssim.charts import Band, Charts, Line
 from sinssim.recording.console import show
 from sinssim.recording.figures import figure_of

@@ -12,11 +12,11 @@ import rerun_cli
 from pyarrow import parquet, table
 from rerun.chunk import RrdReader
 
-from sinssim.analyses.noise.noise_exhibits import deviations, exhibits_of
-from sinssim.analyses.noise.noise_report import CHANNELS, chosen_channels, noise_report, unit_in_name
+from sinssim.analyses.noise_exhibits import deviations, exhibits_of
+from sinssim.analyses.noise_report import CHANNELS, chosen_channels, noise_report, unit_in_name
 from sinssim.cli.app import main
 from sinssim.errors import InputError
-from sinssim.recording.rerun.exhibit_recording import record
+from sinssim.recording.rerun_exhibits import record
 
 COUNT = 20_000
 SIGMA = 0.25  # hPa, of a reading

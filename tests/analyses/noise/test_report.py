@@ -15,8 +15,8 @@ import rerun_cli
 from pyarrow import csv, parquet, table
 from rerun.chunk import RrdReader
 
-from sinssim.analyses.noise.noise_exhibits import deviations, exhibits_of
-from sinssim.analyses.noise.noise_report import (
+from sinssim.analyses.noise_exhibits import deviations, exhibits_of
+from sinssim.analyses.noise_report import (
     CHANNELS,
     chosen_channels,
     clock,
@@ -30,7 +30,7 @@ from sinssim.experiments.run.finished_runs import runs_in
 from sinssim.logs.column_description import LogDescription
 from sinssim.logs.imu_samples import Samples
 from sinssim.recording.figures import figure_of
-from sinssim.recording.rerun.exhibit_recording import record
+from sinssim.recording.rerun_exhibits import record
 from tests.oracles import noise
 from tests.recording.shown import curves_of
 from tests.slow import slow
@@ -115,7 +115,7 @@ def test_every_channel_in_datasheet_lines(report):
     ],
 )
 def test_units_by_their_definitions(symbol, gyro, accel):
-    from sinssim.analyses.noise.noise_report import UNITS
+    from sinssim.analyses.noise_report import UNITS
 
     assert UNITS["gyro"].terms[symbol][1] == pytest.approx(gyro, rel=1e-12)
     assert UNITS["accel"].terms[symbol][1] == pytest.approx(accel, rel=1e-12)

@@ -8,7 +8,7 @@ from scipy.fft import dct
 from scipy.integrate import quad
 from scipy.linalg import toeplitz
 
-from sinssim.analyses.noise.allan_deviation import (
+from sinssim.analyses.allan_deviation import (
     FLICKER,
     QUANTISATION,
     RANDOM_WALK,

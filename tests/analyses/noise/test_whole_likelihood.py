@@ -11,10 +11,10 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.stats import chi2
 
-from sinssim.analyses.noise import noise_confidence_bands
-from sinssim.analyses.noise.allan_deviation import FLICKER, QUANTISATION, RANDOM_WALK, RATE_WALK, gauss_markov_term
-from sinssim.analyses.noise.noise_fit import NoiseFit, _ranges, is_constant
-from sinssim.analyses.noise.noise_likelihood import Bands, Likelihood, _departures, _misfit, rounding
+from sinssim.analyses import noise_confidence_bands
+from sinssim.analyses.allan_deviation import FLICKER, QUANTISATION, RANDOM_WALK, RATE_WALK, gauss_markov_term
+from sinssim.analyses.noise_fit import NoiseFit, _ranges, is_constant
+from sinssim.analyses.noise_likelihood import Bands, Likelihood, _departures, _misfit, rounding
 
 N, T = 400, 0.25
 RNG = np.random.default_rng(12)

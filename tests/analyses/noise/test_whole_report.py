@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from sinssim.analyses.noise.allan_deviation import AllanDeviation, confidence_band
-from sinssim.analyses.noise.imu_table import ImuLine, block_text, imu_block
-from sinssim.analyses.noise.noise_fit import NoiseFit, TermEstimate
-from sinssim.analyses.noise.noise_report import (
+from sinssim.analyses.allan_deviation import AllanDeviation, confidence_band
+from sinssim.analyses.noise_fit import NoiseFit, TermEstimate
+from sinssim.analyses.noise_imu_table import ImuLine, block_text, imu_block
+from sinssim.analyses.noise_report import (
     CHANNELS,
     NAMES,
     SYMBOLS,

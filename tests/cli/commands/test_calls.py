@@ -26,7 +26,7 @@ SUMMARY = {"name": "µ", "value": 1.5}
 def test_run(sinssim: Sinssim, put: Put) -> None:
     """The summary is named if there is no report; the recording only if there is one."""
     ran = put("experiments.run.run_execution.run", SimpleNamespace(summary=SUMMARY))
-    brief, opened = put("experiments.run.run_report.brief", "brief"), put("recording.rerun.viewer.open_viewer")
+    brief, opened = put("experiments.run.run_report.brief", "brief"), put("recording.rerun_viewer.open_viewer")
     shown = put("recording.console.show_items")
     assert sinssim("run", "parked") == report("runs/parked") + view("runs/parked")
     plan, place = ran.args
@@ -78,7 +78,7 @@ def test_run_with_recorded_files(sinssim: Sinssim, put: Put, tmp_path: Path) -> 
 def test_align(sinssim: Sinssim, put: Put) -> None:
     found = SimpleNamespace(summary=SUMMARY, exhibits="exhibits", plot=lambda: "figure", directory=None)
     aligned, shown = put("analyses.alignment_session.align", found), put("recording.console.show")
-    saved, recorded = put("recording.figures.save"), put("recording.rerun.exhibit_recording.record")
+    saved, recorded = put("recording.figures.save"), put("recording.rerun_exhibits.record")
     assert sinssim("align", "parked") == ""
     assert aligned.args == ("parked",)
     assert aligned.options == {
@@ -101,12 +101,12 @@ def test_align(sinssim: Sinssim, put: Put) -> None:
 
 def test_allan(sinssim: Sinssim, put: Put) -> None:
     found = SimpleNamespace(to_json=lambda: SUMMARY)
-    reported, shown = put("analyses.noise.noise_report.noise_report", found), put("recording.console.show")
-    saved, recorded = put("recording.figures.save"), put("recording.rerun.exhibit_recording.record")
+    reported, shown = put("analyses.noise_report.noise_report", found), put("recording.console.show")
+    saved, recorded = put("recording.figures.save"), put("recording.rerun_exhibits.record")
     exhibits = SimpleNamespace(figure="key", chosen=lambda key: f"charts {key}")
-    made = put("analyses.noise.noise_exhibits.exhibits_of", exhibits)
+    made = put("analyses.noise_exhibits.exhibits_of", exhibits)
     drawn = put("recording.figures.figure_of", "figure")
-    put("analyses.noise.imu_table.block_text", "[imu]\n")
+    put("analyses.noise_imu_table.block_text", "[imu]\n")
     assert sinssim("allan", "log.csv") == ""
     assert (made.args[0], shown.args[0]) == (found, exhibits)
     options = ("--channel", "gyro", "--channel", "p=hPa", "--from", 3, "--to", 70, "--correlation-time", 40,
@@ -122,7 +122,7 @@ def test_allan(sinssim: Sinssim, put: Put) -> None:
     assert json.loads(sinssim("allan", "log.csv", "--json")) == SUMMARY
     assert sinssim("allan", "log.csv", "--quiet") == ""
     assert len(shown.calls) == 1
-    written = put("analyses.noise.noise_exhibits.save_report", Path("place"))
+    written = put("analyses.noise_exhibits.save_report", Path("place"))
     assert sinssim("allan", "log.csv", "-o", "a") == report("place") + view("place")
     assert (written.args, written.options) == ((found, exhibits, Path("a")), {"overwrite": False})
     assert sinssim("allan", "log.csv", "-o", "a", "--quiet") == ""
@@ -160,7 +160,7 @@ def test_budget(sinssim: Sinssim, put: Put) -> None:
 
 def test_calibrate(sinssim: Sinssim, put: Put) -> None:
     result = SimpleNamespace(directory=Path("place"), summary=SUMMARY, exhibits="exhibits")
-    found, shown = put("analyses.calibration.turntable_calibration.calibrate", result), put("recording.console.show")
+    found, shown = put("analyses.turntable_calibration.calibrate", result), put("recording.console.show")
     assert sinssim("calibrate", "calibration_table") == (
         "Report:       place/report.html    (in any browser)\n"
         'Compensation: place/compensation.toml    ([compensation] with file = "…")\n'

@@ -155,8 +155,8 @@ def test_sensors(sinssim: Sinssim, put: Put) -> None:
 
 
 def test_view(sinssim: Sinssim, put: Put) -> None:
-    opened, served = put("recording.rerun.viewer.open_viewer"), put("recording.rerun.viewer.serve")
-    drawn = put("recording.rerun.viewer.screenshot")
+    opened, served = put("recording.rerun_viewer.open_viewer"), put("recording.rerun_viewer.serve")
+    drawn = put("recording.rerun_viewer.screenshot")
     sinssim("view", "runs/a", "--view", "sensors")
     assert (opened.args, opened.options) == ((Path("runs/a"),), {"view": "sensors", "time_s": None})
     sinssim("view", "runs/b", "--web")

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from sinssim.cli.workbench.child_commands import Children
-from sinssim.cli.workbench.workbench_server import Workbench, server_of
+from sinssim.cli.workbench_commands import Children
+from sinssim.cli.workbench_server import Workbench, server_of
 
 
 class Answer(NamedTuple):

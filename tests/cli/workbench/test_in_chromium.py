@@ -10,11 +10,11 @@ from urllib.parse import quote
 
 import pytest
 
-from sinssim.cli.workbench import child_commands
+from sinssim.cli import workbench_commands
 from sinssim.system.files import MARK
 from tests.browser import CHROMIUM, Page
 from tests.cli.workbench.served import Served, served
-from tests.cli.workbench.test_child_commands import STAND_IN, exists, until
+from tests.cli.workbench.test_workbench_commands import STAND_IN, exists, until
 from tests.scenario.examples import FLIGHT, PARKED
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on this machine")]
@@ -154,7 +154,7 @@ def test_a_run_outlasts_a_reload(bench: Served, page: Page, tmp_path: Path, monk
     program = tmp_path / "program"
     program.write_text(STAND_IN.replace("Open", "Opens"))
     program.chmod(0o755)
-    monkeypatch.setattr(child_commands.sys, "executable", str(program))
+    monkeypatch.setattr(workbench_commands.sys, "executable", str(program))
     page.value("[...own.querySelectorAll('button')].find(b => b.textContent === 'mine.toml').click()")
     page.until(f"{VERDICT} === 'No mistakes'")
     tab_to(page, "e.id === 'out'")

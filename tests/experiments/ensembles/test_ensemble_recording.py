@@ -10,8 +10,8 @@ from rerun.chunk import RrdReader
 
 import sinssim
 from sinssim.experiments.ensembles.ensemble_verdicts import judge
-from sinssim.recording.rerun.exhibit_recording import record
-from sinssim.recording.rerun.views import RunInfo, all_views
+from sinssim.recording.rerun_exhibits import record
+from sinssim.recording.rerun_views import RunInfo, all_views
 from sinssim.statistics.requirements import parse_requirements
 from tests.experiments.ensembles.examples import AIDED, scenario
 

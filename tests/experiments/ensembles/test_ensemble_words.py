@@ -17,7 +17,7 @@ from sinssim.experiments.ensembles import ensemble_exhibits as files
 from sinssim.experiments.ensembles.ensemble_statistics import DEFINITIONS, Component, Regulation
 from sinssim.recording.console import show
 from sinssim.recording.page import page_of
-from sinssim.recording.rerun.exhibit_recording import markdown, record_chart, record_cloud
+from sinssim.recording.rerun_exhibits import markdown, record_chart, record_cloud
 from sinssim.units import fixed
 from tests.experiments.ensembles.made_ensemble import ARCMIN, EAST, NORTH, NUMBERS, TIME, Result
 from tests.recording.by_hand import printed

@@ -23,7 +23,7 @@ from sinssim.experiments.run.filter_summary import (
     sentences,
     unused_sentences,
 )
-from sinssim.recording.rerun.exhibit_recording import markdown_of
+from sinssim.recording.rerun_exhibits import markdown_of
 from sinssim.scenario import Scenario
 from sinssim.strapdown.navigation_error import NavError
 from tests.experiments.run.test_filter_streams import MODEL

@@ -19,8 +19,8 @@ from sinssim.experiments.run.filter_summary import for_people, sentences
 from sinssim.experiments.run.run_execution import run
 from sinssim.experiments.run.run_streams import state_columns
 from sinssim.recording import style
-from sinssim.recording.rerun.viewer import find_run_info
-from sinssim.recording.rerun.views import all_views, load_view
+from sinssim.recording.rerun_viewer import find_run_info
+from sinssim.recording.rerun_views import all_views, load_view
 from sinssim.scenario import Scenario
 from sinssim.sensors.aiding.gnss import Jump, Ramp
 from sinssim.strapdown.navigation_error import navigation_error

@@ -15,7 +15,7 @@ from sinssim.experiments.run.error_exhibits import error_charts
 from sinssim.experiments.run.motion_exhibits import motion_charts
 from sinssim.experiments.run.run_result import DrawnPath
 from sinssim.experiments.run.sensor_exhibits import recorded_readings
-from sinssim.recording.rerun.scene import Scene
+from sinssim.recording.rerun_scene import Scene
 from sinssim.recording.style import COLORS
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.truth.sampling import FlightEvent

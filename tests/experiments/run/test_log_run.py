@@ -15,11 +15,11 @@ from sinssim.data import ImuData, NavState
 from sinssim.experiments.run.sensor_exhibits import SensorComparison, compare_sensors, comparison_charts
 from sinssim.experiments.run.vehicle_mesh import PATHS, kind_of, vehicle_mesh
 from sinssim.recording import style
-from sinssim.recording.rerun.scene import Scene, drifted, map_zoom
-from sinssim.recording.rerun.views import RunInfo, load_view
+from sinssim.recording.rerun_scene import Scene, drifted, map_zoom
+from sinssim.recording.rerun_views import RunInfo, load_view
 from sinssim.recording.style import gaps
 from sinssim.scenario import load_scenario
-from sinssim.sensors.sets.sensor_readings import Readings
+from sinssim.sensors.sensor_set_readings import Readings
 from sinssim.truth.flight.jsbsim_model import AIRLINER, proportions
 from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, suiting
 from tests.recording.rerun.test_views import views

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sinssim.experiments.run.one_component_exhibits import error_table, numbers, one_component_streams
-from sinssim.recording.rerun.exhibit_recording import markdown_of
+from sinssim.recording.rerun_exhibits import markdown_of
 from sinssim.simulation.one_component_run import PlaneReadings
 from sinssim.strapdown.one_component_system import PlaneErrors
 from tests.recording.test_motion_streams import columns, rows

@@ -27,8 +27,8 @@ from sinssim.recording import style
 from sinssim.recording.page import page_of
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu.imu_section import draw
-from sinssim.sensors.sets.sensor_readings import draw_attitude_sensor
-from sinssim.sensors.sets.single_sensors import draw_accelerometers
+from sinssim.sensors.sensor_set_readings import draw_attitude_sensor
+from sinssim.sensors.single_sensors import draw_accelerometers
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.units import DEG_H, UG
 from tests.recording import fake_run

@@ -16,8 +16,8 @@ from sinssim.logs.formats.registry import DEFAULT_START
 from sinssim.logs.gps_time import parse_date
 from sinssim.logs.solution_score import Judge, common_span
 from sinssim.logs.stored_run import RecordedRun
-from sinssim.recording.rerun.viewer import find_run_info
-from sinssim.recording.rerun.views import all_views, load_view
+from sinssim.recording.rerun_viewer import find_run_info
+from sinssim.recording.rerun_views import all_views, load_view
 from tests.analyses.error_budget.test_budget_recording import views
 from tests.logs.short_run import short_run
 

@@ -11,7 +11,7 @@ import pytest
 
 from sinssim.data import Array, ImuData
 from sinssim.experiments.run.sensor_exhibits import SensorComparison, compare_sensors
-from sinssim.sensors.sets.sensor_readings import Readings
+from sinssim.sensors.sensor_set_readings import Readings
 from sinssim.units import ANGLE_SCALE, SPEED_SCALE
 
 TIME = np.array([100.0, 102.0, 104.0, 106.0])

@@ -15,7 +15,7 @@ from sinssim.sensors.imu.faults import BiasStep, Dropout, Spike
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import WarmUp
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets.sensor_readings import AttitudeSensorErrors
+from sinssim.sensors.sensor_set_readings import AttitudeSensorErrors
 from sinssim.units import ANGLE_SCALE, SPEED_SCALE
 from tests.recording.spies import Plot, cells, html, plots
 

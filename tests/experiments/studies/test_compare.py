@@ -263,8 +263,8 @@ def test_report_stands_alone(written):
 def test_recording_is_valid_and_shows_the_comparison(written):
     import rerun_cli
 
-    from sinssim.recording.rerun.viewer import find_run_info
-    from sinssim.recording.rerun.views import all_views
+    from sinssim.recording.rerun_viewer import find_run_info
+    from sinssim.recording.rerun_views import all_views
 
     recording = written / "recording.rrd"
     binary = Path(rerun_cli.__file__).parent / "rerun"

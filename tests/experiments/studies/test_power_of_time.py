@@ -10,7 +10,7 @@ from sinssim.experiments.studies import position_claims as law
 from sinssim.experiments.studies.algorithm_comparison import compare
 from sinssim.experiments.studies.study_results import ErrorGrowth
 from sinssim.experiments.studies.study_schema import Study
-from sinssim.sensors.sets.single_sensors import cube
+from sinssim.sensors.single_sensors import cube
 from sinssim.units import UG
 
 

@@ -16,9 +16,9 @@ from sinssim.experiments.studies.trade_cells import CellNumbers
 from sinssim.experiments.studies.trade_exhibits import shown_cells
 from sinssim.experiments.studies.trade_result import TradeResult
 from sinssim.experiments.studies.trade_run import TradeMedia
-from sinssim.recording.rerun.exhibit_recording import record
-from sinssim.recording.rerun.viewer import find_run_info
-from sinssim.recording.rerun.views import all_views, load_view
+from sinssim.recording.rerun_exhibits import record
+from sinssim.recording.rerun_viewer import find_run_info
+from sinssim.recording.rerun_views import all_views, load_view
 from tests.analyses.error_budget.test_budget_recording import views
 from tests.experiments.studies.trade_examples import AXES, BIAS, study
 

@@ -20,7 +20,7 @@ from sinssim.experiments.studies.trade_result import (
     unit_for,
 )
 from sinssim.experiments.studies.trade_run import TradeMedia
-from sinssim.recording.rerun.exhibit_recording import markdown
+from sinssim.recording.rerun_exhibits import markdown
 from sinssim.statistics.requirements import Quantity, VerdictInUnit, Word
 from sinssim.units import two_digits
 from tests.experiments.studies.trade_examples import BIAS, GRADE, study

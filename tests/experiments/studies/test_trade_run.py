@@ -27,7 +27,7 @@ TIMES: dict[str, Any] = {"times_s": (30.0,), "require": ("r95(40 s) <= 8 m", "he
 @pytest.fixture(autouse=True)
 def _without_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """The pictures and the recording of a study have tests of their own; here they would only take time."""
-    for name in ("figures.figure_of", "figures.save", "rerun.exhibit_recording.record"):
+    for name in ("figures.figure_of", "figures.save", "rerun_exhibits.record"):
         monkeypatch.setattr(f"sinssim.recording.{name}", lambda *_, **__: None)
 
 

@@ -56,7 +56,7 @@ def test_which_rows_a_quantity_needs() -> None:
 def result(tmp_path_factory: pytest.TempPathFactory) -> TradeResult:
     folder = tmp_path_factory.mktemp("trade")
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("figures.figure_of", "figures.save", "rerun.exhibit_recording.record"):
+        for name in ("figures.figure_of", "figures.save", "rerun_exhibits.record"):
             patch.setattr(f"sinssim.recording.{name}", lambda *_, **__: None)
         return trade(study(folder, axes=AXES[:1], require=REQUIRE))
 

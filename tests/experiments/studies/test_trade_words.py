@@ -132,9 +132,7 @@ def test_the_files_of_a_study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     """Every file that is named is there; study.toml loads to the study."""
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda figure, to, **_: Path(to).write_bytes(b"x"))
     monkeypatch.setattr("sinssim.recording.page.page_of", lambda exhibits: "page")
-    monkeypatch.setattr(
-        "sinssim.recording.rerun.exhibit_recording.record", lambda exhibits, path: path.write_bytes(b"y")
-    )
+    monkeypatch.setattr("sinssim.recording.rerun_exhibits.record", lambda exhibits, path: path.write_bytes(b"y"))
     result = made(tmp_path)
     place = tmp_path / "out"
     place.mkdir()

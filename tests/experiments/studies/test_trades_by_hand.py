@@ -32,7 +32,7 @@ from sinssim.experiments.studies.trade_result import (
 from sinssim.experiments.studies.trade_run import TradeMedia
 from sinssim.experiments.studies.trade_schema import Axis, TradeStudy
 from sinssim.recording.page import page_of
-from sinssim.recording.rerun.exhibit_recording import markdown, record_chart
+from sinssim.recording.rerun_exhibits import markdown, record_chart
 from sinssim.statistics.requirements import Quantity, parse_quantity, parse_requirement
 from tests.experiments.studies.trade_examples import ACCEL, BIAS, GRADE, study
 from tests.experiments.studies.trades_by_hand import ASK, OTHER, RISING, UNITS, made, without

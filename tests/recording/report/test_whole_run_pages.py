@@ -18,7 +18,7 @@ from sinssim.recording.page import page_of
 from sinssim.recording.track_map import Track
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets.sensor_set_section import Redundant
+from sinssim.sensors.sensor_set_section import Redundant
 from sinssim.simulation.truth_and_sensors import Truth
 from tests.recording.made_monitoring import SECTION
 from tests.recording.report.test_whole_pages import body, stand_in_items

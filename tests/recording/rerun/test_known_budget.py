@@ -9,7 +9,7 @@ import numpy as np
 
 from sinssim.analyses.error_budget.budget_exhibits import exhibits_of
 from sinssim.charts import Axis, Chart, Dots, Line, Rule
-from sinssim.recording.rerun.exhibit_recording import markdown, record_chart
+from sinssim.recording.rerun_exhibits import markdown, record_chart
 from sinssim.units import fixed
 from tests.recording.made_budget import HALF, MOST, OTHERS, TIME, answer, budget
 from tests.recording.spies import Drawn

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sinssim.experiments.run import run_scores
-from sinssim.recording.rerun.views import RunInfo
+from sinssim.recording.rerun_views import RunInfo
 from sinssim.strapdown.navigation_error import NavError
 from tests.recording.spies import record
 

@@ -12,7 +12,7 @@ import pytest
 from sinssim.experiments.studies import study_exhibits
 from sinssim.experiments.studies.study_charts import growth_over_time
 from sinssim.experiments.studies.study_results import ErrorGrowth, Row, Verdict
-from sinssim.recording.rerun.exhibit_recording import markdown, record_charts
+from sinssim.recording.rerun_exhibits import markdown, record_charts
 from tests.recording.spies import Drawn
 
 

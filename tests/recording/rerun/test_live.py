@@ -15,9 +15,9 @@ import pytest
 from rerun.chunk import RrdReader
 
 from sinssim.experiments.run.run_execution import run
-from sinssim.recording.rerun import rrd
-from sinssim.recording.rerun import viewer as viewers
-from sinssim.recording.rerun.viewer import LiveViewer
+from sinssim.recording import rerun_file
+from sinssim.recording import rerun_viewer as viewers
+from sinssim.recording.rerun_viewer import LiveViewer
 from sinssim.scenario import load_scenario
 from tests.cli.test_cli import call
 
@@ -72,7 +72,7 @@ def test_the_viewer_receives_all_of_the_recording(name: str, receiver: LiveViewe
 def write(file: Path, viewer: LiveViewer, what: signal.Signals) -> None:
     """Write a recording whose viewer gets a signal in the midst of it."""
     time_s = np.arange(300_000.0)
-    with rrd.Recording(file, "live", viewer=viewer) as recording:
+    with rerun_file.Recording(file, "live", viewer=viewer) as recording:
         for number in range(4):
             if number == 1:
                 psutil.Process(viewer._viewer.process.pid).send_signal(what)
@@ -84,7 +84,7 @@ def write(file: Path, viewer: LiveViewer, what: signal.Signals) -> None:
 def test_a_viewer_that_is_closed_or_hangs_leaves_a_complete_recording(
     what: signal.Signals, receiver: LiveViewer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(rrd, "_MOST_SECONDS", 0.5)
+    monkeypatch.setattr(rerun_file, "_MOST_SECONDS", 0.5)
     write(tmp_path / "whole.rrd", receiver, what)
     rows = contents(tmp_path / "whole.rrd")
     assert [rows[f"/a/{number}"] for number in range(4)] == [300_001] * 4  # and the look of its line

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from sinssim.data import NavState
 from sinssim.earth.ellipsoids import ellipsoid_by_name
-from sinssim.recording.rerun.scene import Scene, map_zoom, some_rows
+from sinssim.recording.rerun_scene import Scene, map_zoom, some_rows
 
 LATITUDE = np.array([0.0, 0.01, 0.02, 0.03])
 LONGITUDE = 2.5 + np.array([0.0, 0.002, 0.005, 0.003])

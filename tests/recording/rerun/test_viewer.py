@@ -22,8 +22,8 @@ from rerun.experimental import ViewerClient
 
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.run.run_execution import run
-from sinssim.recording.rerun import viewer
-from sinssim.recording.rerun.viewer import without_other_machines
+from sinssim.recording import rerun_viewer
+from sinssim.recording.rerun_viewer import without_other_machines
 from tests.fork import Fork
 from tests.recording import fake_run
 from tests.slow import slow
@@ -38,7 +38,7 @@ def directory(tmp_path_factory) -> Path:
 
 @pytest.mark.parametrize("how", [signal.SIGINT, *slow(signal.SIGTERM)])
 def test_web_serves_this_machine_only_and_leaves_no_process(directory, how):
-    server = Fork(lambda: viewer.serve(directory))
+    server = Fork(lambda: rerun_viewer.serve(directory))
     children = []
     try:
         address = server.stdout.readline().decode().removeprefix("Open ").strip()
@@ -93,10 +93,10 @@ def broken_viewer(tmp_path, monkeypatch):
 def test_a_viewer_that_cannot_draw_is_explained(directory, broken_viewer, said, expected):
     broken_viewer(said)
     with pytest.raises(RunError, match="Rerun's viewer") as shown:
-        viewer.open_viewer(directory)
+        rerun_viewer.open_viewer(directory)
     assert expected in str(shown.value)
     with pytest.raises(RunError) as saved:
-        viewer.screenshot(directory, directory / "picture.png")
+        rerun_viewer.screenshot(directory, directory / "picture.png")
     assert expected in str(saved.value)
     assert not (directory / "picture.png").exists()
 
@@ -104,7 +104,7 @@ def test_a_viewer_that_cannot_draw_is_explained(directory, broken_viewer, said, 
 def test_a_picture_without_a_folder_is_refused_before_anything_is_opened(directory, broken_viewer):
     broken_viewer("must not be started")
     with pytest.raises(InputError, match="there is no folder"):
-        viewer.screenshot(directory, directory / "nowhere" / "picture.png")
+        rerun_viewer.screenshot(directory, directory / "nowhere" / "picture.png")
 
 
 @pytest.fixture(params=["timed", "static", "frames"])
@@ -128,20 +128,23 @@ def foreign(request, tmp_path) -> Path:
 
 
 def test_a_recording_that_describes_no_run_opens_as_it_was_recorded(foreign, tmp_path, broken_viewer):
-    assert viewer.find_run_info(foreign) is None
+    assert rerun_viewer.find_run_info(foreign) is None
     with pytest.raises(InputError, match=r"does not describe a run .* the view 'navigation' cannot be made of it"):
-        viewer.open_viewer(foreign, "navigation")
+        rerun_viewer.open_viewer(foreign, "navigation")
     with pytest.raises(InputError, match="without --view"):
-        viewer.screenshot(foreign, tmp_path / "picture.png", "navigation")
+        rerun_viewer.screenshot(foreign, tmp_path / "picture.png", "navigation")
     broken_viewer("started")  # so it is opened, in a window and for a picture
-    for look in (lambda: viewer.open_viewer(foreign), lambda: viewer.screenshot(foreign, tmp_path / "picture.png")):
+    for look in (
+        lambda: rerun_viewer.open_viewer(foreign),
+        lambda: rerun_viewer.screenshot(foreign, tmp_path / "picture.png"),
+    ):
         with pytest.raises(RunError, match="Its last output: started"):
             look()
 
 
 @pytest.mark.slow
 def test_a_recording_that_describes_no_run_makes_a_picture(foreign, tmp_path):
-    viewer.screenshot(foreign, tmp_path / "picture.png", size=(640, 400))
+    rerun_viewer.screenshot(foreign, tmp_path / "picture.png", size=(640, 400))
     assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -149,7 +152,7 @@ def test_what_is_no_recording_makes_no_picture(tmp_path, broken_viewer):
     broken_viewer("must not be started")
     (tmp_path / "notes.rrd").write_text("# notes")
     with pytest.raises(InputError, match="is not a recording"):
-        viewer.screenshot(tmp_path / "notes.rrd", tmp_path / "picture.png")
+        rerun_viewer.screenshot(tmp_path / "notes.rrd", tmp_path / "picture.png")
 
 
 def test_a_picture_waits_for_the_layout_that_was_asked_for(directory, tmp_path, monkeypatch):
@@ -183,7 +186,7 @@ def test_a_picture_waits_for_the_layout_that_was_asked_for(directory, tmp_path, 
             return self.drawn.pop(0)
 
     class Viewer:
-        until = viewer._Viewer.until
+        until = rerun_viewer._Viewer.until
 
         def __init__(self, arguments, quiet):
             assert quiet
@@ -202,9 +205,9 @@ def test_a_picture_waits_for_the_layout_that_was_asked_for(directory, tmp_path, 
             pass
 
     monkeypatch.setattr(ViewerClient, "connect", lambda url: Client())
-    monkeypatch.setattr(viewer, "_Viewer", Viewer)
-    monkeypatch.setattr(viewer, "_LOOK_SECONDS", 0.0)
-    viewer.screenshot(directory, tmp_path / "picture.png", "navigation")
+    monkeypatch.setattr(rerun_viewer, "_Viewer", Viewer)
+    monkeypatch.setattr(rerun_viewer, "_LOOK_SECONDS", 0.0)
+    rerun_viewer.screenshot(directory, tmp_path / "picture.png", "navigation")
     assert (tmp_path / "picture.png").read_bytes() == b"whole"
 
 
@@ -223,7 +226,7 @@ def test_the_window_begins_at_a_time(directory, monkeypatch):
             assert (timeline, play_state) == ("sim_time", "paused")
             cursor.current_time = int(duration * 1e9)
 
-    class Viewer(viewer._Viewer):
+    class Viewer(rerun_viewer._Viewer):
         def __enter__(self):
             self.process = SimpleNamespace(wait=lambda: 0, poll=lambda: None)
             assert self.arguments[1] == asked[0]
@@ -236,14 +239,14 @@ def test_the_window_begins_at_a_time(directory, monkeypatch):
             assert port == 4321
 
     asked = ["4321"]
-    monkeypatch.setattr(viewer, "_free_ports", lambda count: [4321])
+    monkeypatch.setattr(rerun_viewer, "_free_ports", lambda count: [4321])
     monkeypatch.setattr(ViewerClient, "connect", lambda url: Client())
-    monkeypatch.setattr(viewer, "_Viewer", Viewer)
-    monkeypatch.setattr(viewer, "_LOOK_SECONDS", 0.0)
-    viewer.open_viewer(directory, time_s=0.25)
+    monkeypatch.setattr(rerun_viewer, "_Viewer", Viewer)
+    monkeypatch.setattr(rerun_viewer, "_LOOK_SECONDS", 0.0)
+    rerun_viewer.open_viewer(directory, time_s=0.25)
     assert cursor.current_time == 250_000_000
     asked[0] = "auto"
-    viewer.open_viewer(directory)
+    rerun_viewer.open_viewer(directory)
     assert cursor.current_time == 250_000_000
 
 
@@ -255,7 +258,7 @@ def test_every_view_makes_a_picture(directory, tmp_path, view, monkeypatch):
     monkeypatch.setenv("TMPDIR", str(tmp_path))  # nothing may be left there
     monkeypatch.setattr(tempfile, "tempdir", None)
     begin = time.monotonic()
-    viewer.screenshot(directory, tmp_path / "picture.png", view, size=(1280, 800))
+    rerun_viewer.screenshot(directory, tmp_path / "picture.png", view, size=(1280, 800))
     picture = imread(tmp_path / "picture.png")
     assert picture.shape[:2] == (800, 1280)
     assert len({tuple(pixel) for pixel in picture[::8, ::8].reshape(-1, picture.shape[2])}) > 30
@@ -267,16 +270,16 @@ def test_a_run_without_a_recording_is_refused_by_its_reason(tmp_path, monkeypatc
     fake_run.install(300, monkeypatch.setattr)
     made = run(fake_run.scenario(keep="report"), tmp_path / "run").directory
     with pytest.raises(InputError, match=r"is a run without a recording .* --keep all --recording light"):
-        viewer.find_recording(made)
+        rerun_viewer.find_recording(made)
 
 
 def test_a_recording_of_another_version_is_refused_by_its_version(directory, monkeypatch):
     def older(text: str) -> None:
         raise TypeError("RunInfo.__init__() got an unexpected keyword argument 'sensors'")
 
-    monkeypatch.setattr(viewer.RunInfo, "from_json", older)
+    monkeypatch.setattr(rerun_viewer.RunInfo, "from_json", older)
     with pytest.raises(InputError, match=r"made by another version of sinssim than .*unexpected keyword argument"):
-        viewer.find_run_info(directory / "recording.rrd")
+        rerun_viewer.find_run_info(directory / "recording.rrd")
 
 
 def test_the_web_page_asks_no_other_machine_but_for_map_tiles():
@@ -291,10 +294,10 @@ def test_the_web_page_asks_no_other_machine_but_for_map_tiles():
 def test_the_web_page_starts_at_an_instant():
     """The request for 100 s is, byte by byte, what Rerun's own client sends; a negative number has ten bytes."""
     asked = bytes.fromhex("3217120a0a0873696d5f74696d651a070880d0dbc3f4022801")
-    found = viewer.starting_at("<head></head><body>", 100.0)
+    found = rerun_viewer.starting_at("<head></head><body>", 100.0)
     assert f"Uint8Array.from({list(asked)})" in found
     assert found.index("viewer_control") < found.index("</head><body>")
-    assert "[34, 11, 8, 255, 255, 255, 255, 255, 255, 255, 255, 255, 1]" in viewer.starting_at("</head>", -1e-9)
+    assert "[34, 11, 8, 255, 255, 255, 255, 255, 255, 255, 255, 255, 1]" in rerun_viewer.starting_at("</head>", -1e-9)
 
 
 def client(*recordings: Any, loading: bool = False, moved: list[Any] | None = None, layout: Any = None) -> Any:
@@ -313,31 +316,31 @@ def shown(*timelines: tuple[str, int | None, int | None], now: int | None = None
 
 def test_the_middle_of_the_recorded_time() -> None:
     """From the earliest start, 40 s, to the latest end, 90 s; other timelines and open ends do not count."""
-    one = shown((viewer._TIMELINE, 50 * 10**9, 90 * 10**9), ("log_time", 0, 10**18))
-    two = shown((viewer._TIMELINE, 40 * 10**9, 70 * 10**9), (viewer._TIMELINE, 0, None))
-    assert viewer._middle(client(one, two)) == pytest.approx(65.0)
-    assert viewer._middle(client(shown(("log_time", 0, 10**9)))) is None
+    one = shown((rerun_viewer._TIMELINE, 50 * 10**9, 90 * 10**9), ("log_time", 0, 10**18))
+    two = shown((rerun_viewer._TIMELINE, 40 * 10**9, 70 * 10**9), (rerun_viewer._TIMELINE, 0, None))
+    assert rerun_viewer._middle(client(one, two)) == pytest.approx(65.0)
+    assert rerun_viewer._middle(client(shown(("log_time", 0, 10**9)))) is None
 
 
 def test_the_cursor_is_moved_once() -> None:
     """It is there within a millisecond; else it is moved and paused, to be looked at again."""
     moved: list[Any] = []
-    assert viewer._moved(client(shown(now=None), shown(now=65 * 10**9 + 900_000), moved=moved), 65.0)
-    assert not viewer._moved(client(shown(now=65 * 10**9 + 1_100_000), moved=moved), 65.0)
-    assert moved == [((viewer._TIMELINE,), {"duration": 65.0, "play_state": "paused"})]
+    assert rerun_viewer._moved(client(shown(now=None), shown(now=65 * 10**9 + 900_000), moved=moved), 65.0)
+    assert not rerun_viewer._moved(client(shown(now=65 * 10**9 + 1_100_000), moved=moved), 65.0)
+    assert moved == [((rerun_viewer._TIMELINE,), {"duration": 65.0, "play_state": "paused"})]
 
 
 def test_a_viewer_that_has_loaded() -> None:
-    ready = shown((viewer._TIMELINE, 0, 5))
-    assert viewer._loaded(client(ready), True)
-    assert not viewer._loaded(client(ready, loading=True), True)
-    assert not viewer._loaded(client(), False)
-    assert viewer._loaded(client(shown()), False)
-    assert not viewer._loaded(client(shown((viewer._TIMELINE, 0, None))), True)
+    ready = shown((rerun_viewer._TIMELINE, 0, 5))
+    assert rerun_viewer._loaded(client(ready), True)
+    assert not rerun_viewer._loaded(client(ready, loading=True), True)
+    assert not rerun_viewer._loaded(client(), False)
+    assert rerun_viewer._loaded(client(shown()), False)
+    assert not rerun_viewer._loaded(client(shown((rerun_viewer._TIMELINE, 0, None))), True)
     panel = {"/top_panel": {"PanelBlueprint": {"state": "Hidden"}}}
-    assert viewer._laid_out(client(layout=panel))
-    assert not viewer._laid_out(client(layout={"/top_panel": {"PanelBlueprint": {"state": "Collapsed"}}}))
-    assert not viewer._laid_out(client(layout={}))
+    assert rerun_viewer._laid_out(client(layout=panel))
+    assert not rerun_viewer._laid_out(client(layout={"/top_panel": {"PanelBlueprint": {"state": "Collapsed"}}}))
+    assert not rerun_viewer._laid_out(client(layout={}))
 
 
 class Handler:
@@ -369,15 +372,15 @@ def test_what_the_server_of_the_page_hands_on(monkeypatch: pytest.MonkeyPatch, t
         answer = SimpleNamespace(headers={"Content-Type": "text/wasm"}, read=lambda: b"four")
         return contextlib.nullcontext(answer)
 
-    monkeypatch.setattr(viewer, "_OWN", SimpleNamespace(open=opened))
-    monkeypatch.setattr(viewer, "without_other_machines", lambda page: f"{page} alone")
+    monkeypatch.setattr(rerun_viewer, "_OWN", SimpleNamespace(open=opened))
+    monkeypatch.setattr(rerun_viewer, "without_other_machines", lambda page: f"{page} alone")
     sent = [Handler() for _ in range(5)]
     for handler, path in zip(sent, ("/", "/a b.wasm", "/none"), strict=False):
-        viewer._answer(handler, path, 1234, None)  # type: ignore[arg-type]
+        rerun_viewer._answer(handler, path, 1234, None)  # type: ignore[arg-type]
     assert asked == [(f"http://127.0.0.1:1234{path}", 60.0) for path in ("/", "/a%20b.wasm", "/none")]
     (tmp_path / "run.rrd").write_bytes(b"sixsix")
-    viewer._send(sent[3], tmp_path / "run.rrd")  # type: ignore[arg-type]
-    viewer._send(sent[4], tmp_path / "none")  # type: ignore[arg-type]
+    rerun_viewer._send(sent[3], tmp_path / "run.rrd")  # type: ignore[arg-type]
+    rerun_viewer._send(sent[4], tmp_path / "none")  # type: ignore[arg-type]
     assert [handler.status for handler in sent] == [200, 200, 404, 200, 404]
     assert [handler.wfile.getvalue() for handler in sent] == [b"four alone", b"four", b"", b"sixsix", b""]
     assert [handler.headers for handler in sent] == [

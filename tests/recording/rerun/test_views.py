@@ -15,8 +15,8 @@ from rerun.chunk import RrdReader
 from sinssim import content
 from sinssim.errors import InputError
 from sinssim.experiments.run.run_execution import run
-from sinssim.recording.rerun.viewer import find_recording, find_run_info
-from sinssim.recording.rerun.views import RunInfo, all_views, load_view, view_names
+from sinssim.recording.rerun_viewer import find_recording, find_run_info
+from sinssim.recording.rerun_views import RunInfo, all_views, load_view, view_names
 from tests.recording import fake_run
 from tests.slow import slow
 

@@ -15,8 +15,8 @@ import pytest
 from sinssim.charts import Axis, Chart, Charts, Line
 from sinssim.exhibits import Exhibits, Section, Sentence
 from sinssim.experiments.run import one_component_exhibits as one_component
-from sinssim.recording.rerun import exhibit_recording, rrd, views
-from sinssim.recording.rerun.viewer import RUN_ENTITY
+from sinssim.recording import rerun_exhibits, rerun_file, rerun_views
+from sinssim.recording.rerun_viewer import RUN_ENTITY
 from sinssim.units import LENGTH_SCALE
 
 
@@ -61,17 +61,17 @@ class Kept:
 @pytest.fixture
 def kept(monkeypatch: pytest.MonkeyPatch) -> Kept:
     found = Kept()
-    monkeypatch.setattr(rrd, "Recording", found)
-    for module in (exhibit_recording, views):
+    monkeypatch.setattr(rerun_file, "Recording", found)
+    for module in (rerun_exhibits, rerun_views):
         monkeypatch.setattr(module, "all_views", lambda run: ("views", run.name, dict(run.labels)))
 
     @contextmanager
     def whole(path: Path, application: str) -> Iterator[Any]:
         yield found(path, application)
 
-    monkeypatch.setattr(exhibit_recording, "whole_recording", whole)
-    monkeypatch.setattr(exhibit_recording, "to_png", lambda figure: figure)
-    monkeypatch.setattr(exhibit_recording.rr, "EncodedImage", lambda contents, media_type: (contents, media_type))
+    monkeypatch.setattr(rerun_exhibits, "whole_recording", whole)
+    monkeypatch.setattr(rerun_exhibits, "to_png", lambda figure: figure)
+    monkeypatch.setattr(rerun_exhibits.rr, "EncodedImage", lambda contents, media_type: (contents, media_type))
     return found
 
 
@@ -83,9 +83,9 @@ def test_exhibits(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
     """Charts over time as curves, a chosen group as a picture, all words in one document."""
     curves: list[tuple[str, float]] = []
     monkeypatch.setattr(
-        exhibit_recording, "record_chart", lambda recording, entity, chart, start: curves.append((entity, start))
+        rerun_exhibits, "record_chart", lambda recording, entity, chart, start: curves.append((entity, start))
     )
-    monkeypatch.setattr(exhibit_recording, "figure_of", lambda charts: f"picture of {charts.key}")
+    monkeypatch.setattr(rerun_exhibits, "figure_of", lambda charts: f"picture of {charts.key}")
     y = Axis(label="error", units=LENGTH_SCALE)
     line = Line(label="a", x=np.array([0.0, 300.0]), y=np.array([0.0, 2e5]))
     of_number = Chart(key="other", x=Axis(label="number"), y=y, marks=(line,))
@@ -93,7 +93,7 @@ def test_exhibits(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
               for key, on in (("one", ("page", "recording")), ("two", ("page",)))]  # fmt: skip
     shown = Exhibits("A title", [Section("Part", groups), Sentence("Words.")], name="short", kind="budget",
                      root="root", span=(50.0, 350.0), pictures=("one", "two"))  # fmt: skip
-    exhibit_recording.record(shown, Path("x/recording.rrd"))
+    rerun_exhibits.record(shown, Path("x/recording.rrd"))
     assert kept.opened[:2] == ["recording.rrd", "sinssim short"]
     assert kept.views == [("views", "short", {"kind": "budget", "one/curve": "km"})]
     assert curves == [("root/one/curve", 50.0)]
@@ -108,14 +108,14 @@ def test_exhibits(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_exhibits_without_views_of_their_kind(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
     """A tab for each group of charts over time, one for the tables, one for each picture; each plot names its unit."""
-    monkeypatch.setattr(exhibit_recording, "record_chart", lambda *_: None)
-    monkeypatch.setattr(exhibit_recording, "figure_of", lambda charts: charts.key)
+    monkeypatch.setattr(rerun_exhibits, "record_chart", lambda *_: None)
+    monkeypatch.setattr(rerun_exhibits, "figure_of", lambda charts: charts.key)
     line = Line(x=np.array([0.0, 300.0]), y=np.array([0.0, 2e5]))
     of_time = Chart(key="curve", title="way", y=Axis(units=LENGTH_SCALE), marks=(line,))
     of_number = Chart(key="other", x=Axis(label="number"), y=Axis(), marks=(line,))
     groups = [Charts("the_session", ((of_time, of_number),), (4.0, 3.0)), Charts("bars", ((of_number,),), (4.0, 3.0))]
     shown = Exhibits("A title", groups, name="log", root="root", span=(50.0, 350.0), pictures=("bars",))
-    exhibit_recording.record(shown, Path("a.rrd"))
+    rerun_exhibits.record(shown, Path("a.rrd"))
     assert kept.opened[:2] == ["a.rrd", "sinssim log"]
     root = kept.views[0].root_container
     tabs = root.contents if len(root.contents) > 1 else root.contents[0].contents
@@ -128,11 +128,11 @@ def test_exhibits_without_views_of_their_kind(kept: Kept, monkeypatch: pytest.Mo
 
 def test_a_run_of_one_component(kept: Kept, monkeypatch: pytest.MonkeyPatch) -> None:
     recorded: list[Any] = []
-    monkeypatch.setattr(exhibit_recording, "record_charts",
+    monkeypatch.setattr(rerun_exhibits, "record_charts",
                         lambda recording, charts, root: recorded.append((charts, root)) or {charts: "km"})  # fmt: skip
     monkeypatch.setattr(one_component, "_draw_pendulum", lambda recording, result: {"pendulum": "deg"})
     monkeypatch.setattr(one_component, "error_table", lambda numbers: numbers)
-    monkeypatch.setattr(exhibit_recording, "markdown_of", lambda items: f"# {items}")
+    monkeypatch.setattr(rerun_exhibits, "markdown_of", lambda items: f"# {items}")
     result: Any = SimpleNamespace(truth=SimpleNamespace(time=np.array([50.0, 60.0, 350.0])),
                                   section=SimpleNamespace(variant="level"))  # fmt: skip
     shown = ["position", "pitch"]

@@ -11,7 +11,7 @@ from sinssim.data import ImuData
 from sinssim.sensors import ImuErrors, TriadErrors, draw
 from sinssim.sensors.imu.emulation import digital, emulate
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets.sensor_readings import sums
+from sinssim.sensors.sensor_set_readings import sums
 
 STEPS = {"dtheta": Fraction(1, 2**52), "dvel": Fraction(1, 2**46)}
 

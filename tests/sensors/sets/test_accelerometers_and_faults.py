@@ -11,7 +11,7 @@ from pydantic import TypeAdapter
 from sinssim.sensors.imu.faults import ImuFault
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets.single_sensors import emulate_accelerometers
+from sinssim.sensors.single_sensors import emulate_accelerometers
 
 DEG, ARCSEC, G = np.pi / 180.0, np.pi / 648_000.0, 9.80665
 SECTION: TypeAdapter[Any] = TypeAdapter(ImuFault)

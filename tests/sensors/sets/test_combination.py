@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from sinssim.data import Array, ImuData
+from sinssim.sensors import sensor_set_section as sensor_set
+from sinssim.sensors.fault_detection import combine
 from sinssim.sensors.imu.compensation import Compensation, compensate
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets import sensor_set_section as sensor_set
-from sinssim.sensors.sets.fault_detection import combine
-from sinssim.sensors.sets.redundant_errors import combined_errors, combined_sigma, spread
-from sinssim.sensors.sets.sensor_readings import draw_true_errors, read
-from sinssim.sensors.sets.single_sensors import draw_single_sensors, emulate_single_sensors
+from sinssim.sensors.redundant_set_errors import combined_errors, combined_sigma, spread
+from sinssim.sensors.sensor_set_readings import draw_true_errors, read
+from sinssim.sensors.single_sensors import draw_single_sensors, emulate_single_sensors
 from sinssim.truth.motions.parked_and_great_circle import Parked
 from tests.slow import slow
 

@@ -9,8 +9,8 @@ import pytest
 from scipy import stats
 
 from sinssim.errors import InputError
-from sinssim.sensors.sets.fault_detection import missed_detection, smallest_fault, smallest_noncentrality, threshold
-from sinssim.sensors.sets.sensor_set_section import READY, parity_matrix
+from sinssim.sensors.fault_detection import missed_detection, smallest_fault, smallest_noncentrality, threshold
+from sinssim.sensors.sensor_set_section import READY, parity_matrix
 
 
 @pytest.mark.parametrize(

@@ -14,10 +14,10 @@ from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.imu_section import Imu, draw
 from sinssim.sensors.imu.rotation_encoder import EncoderErrors, Encoders, draw_encoders, read_angles
-from sinssim.sensors.sets.redundant_errors import noise_variance
-from sinssim.sensors.sets.sensor_readings import draw_attitude_sensor, draw_platform, torquer_sigma
-from sinssim.sensors.sets.sensor_set_section import READY, checked_directions, dilution
-from sinssim.sensors.sets.single_sensors import axes_about, emulate_accelerometers
+from sinssim.sensors.redundant_set_errors import noise_variance
+from sinssim.sensors.sensor_set_readings import draw_attitude_sensor, draw_platform, torquer_sigma
+from sinssim.sensors.sensor_set_section import READY, checked_directions, dilution
+from sinssim.sensors.single_sensors import axes_about, emulate_accelerometers
 
 _ARCSEC = np.pi / 648_000.0
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.sensors.sets.sensor_set_section import (
+from sinssim.sensors.sensor_set_section import (
     READY,
     checked_directions,
     dilution,

@@ -13,7 +13,7 @@ from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError
 from sinssim.sensors import draw
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets.single_sensors import (
+from sinssim.sensors.single_sensors import (
     AccelerometerSet,
     axes_about,
     cube,

@@ -10,10 +10,10 @@ import pytest
 from scipy import stats
 
 from sinssim.data import ImuData
+from sinssim.sensors.fault_detection import Monitored, combine, monitor, smallest_noncentrality
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets.fault_detection import Monitored, combine, monitor, smallest_noncentrality
-from sinssim.sensors.sets.sensor_set_section import READY, parity_matrix
-from sinssim.sensors.sets.single_sensors import (
+from sinssim.sensors.sensor_set_section import READY, parity_matrix
+from sinssim.sensors.single_sensors import (
     SingleSensors,
     draw_single_sensors,
     emulate_single_sensors,

@@ -10,7 +10,7 @@ import pytest
 from sinssim import emulate
 from sinssim.data import ImuData
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets.sensor_readings import Readings, read, sums
+from sinssim.sensors.sensor_set_readings import Readings, read, sums
 from sinssim.strapdown.measured_attitude import navigate_set
 from sinssim.strapdown.mechanization import Mechanization
 from sinssim.strapdown.navigation_error import navigation_error

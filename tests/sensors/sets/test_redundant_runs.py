@@ -14,8 +14,8 @@ import pytest
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.run.parts.redundancy import sentences as redundancy_sentences
 from sinssim.experiments.run.run_execution import run
-from sinssim.recording.rerun.viewer import find_run_info
-from sinssim.recording.rerun.views import all_views
+from sinssim.recording.rerun_viewer import find_run_info
+from sinssim.recording.rerun_views import all_views
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.plan_summary import plan_lines
 from sinssim.strapdown.mechanization import Mechanization

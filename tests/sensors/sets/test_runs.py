@@ -16,9 +16,9 @@ from sinssim.experiments.run.run_result import RunResult
 from sinssim.experiments.run.sensor_exhibits import sensor_errors
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets.sensor_readings import draw_attitude_sensor, draw_true_errors
-from sinssim.sensors.sets.sensor_set_section import AttitudeSensor
-from sinssim.sensors.sets.single_sensors import draw_accelerometers
+from sinssim.sensors.sensor_set_readings import draw_attitude_sensor, draw_true_errors
+from sinssim.sensors.sensor_set_section import AttitudeSensor
+from sinssim.sensors.single_sensors import draw_accelerometers
 from sinssim.units import ARCSEC, DEG_H, UG
 from tests.recording.spies import html
 

@@ -11,9 +11,9 @@ from sinssim.data import DROPPED, FROZEN, SATURATED, ImuData
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets.redundant_errors import combined_sigma
-from sinssim.sensors.sets.sensor_readings import _combined, _compensated, axis_flags, unmonitored
-from sinssim.sensors.sets.single_sensors import SingleSensors, compensate_single_sensors, perfect_readings
+from sinssim.sensors.redundant_set_errors import combined_sigma
+from sinssim.sensors.sensor_set_readings import _combined, _compensated, axis_flags, unmonitored
+from sinssim.sensors.single_sensors import SingleSensors, compensate_single_sensors, perfect_readings
 
 TIME = np.array([3.0, 3.5, 3.7])
 AXES = np.array([[1.0, 0.0, 0.0], [0.0, 0.6, 0.8], [0.0, 0.8, -0.6], [0.48, 0.6, 0.64]])

@@ -14,9 +14,9 @@ from sinssim.sensors.imu.error_term_table import TERMS, of_triad
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.imu_section import Imu
-from sinssim.sensors.sets.redundant_errors import Inputs, accumulated_inputs, noise_variance
-from sinssim.sensors.sets.sensor_set_section import READY
-from sinssim.sensors.sets.single_sensors import axes_about
+from sinssim.sensors.redundant_set_errors import Inputs, accumulated_inputs, noise_variance
+from sinssim.sensors.sensor_set_section import READY
+from sinssim.sensors.single_sensors import axes_about
 
 RATE = 50.0
 DRAWN = [term for term in TERMS if term.drawn]

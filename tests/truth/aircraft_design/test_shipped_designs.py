@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from sinssim.content import list_content
-from sinssim.toml_file import read_toml
+from sinssim.toml_mistakes import read_toml
 from sinssim.truth.aircraft_design.acceptance_flight import acceptance_height, fly_acceptance
 from sinssim.truth.flight.aircraft import load_aircraft, speed_range
 from sinssim.truth.flight.flight_log import flight_log

@@ -93,7 +93,7 @@ def test_through_the_whole_package() -> None:
 @pytest.mark.slow
 def test_mounting_turns_the_positions_and_the_axes() -> None:
     """A calibration of a block that is mounted askew has the same result as that of one that is not."""
-    from sinssim.analyses.calibration.turntable_calibration import calibrate
+    from sinssim.analyses.turntable_calibration import calibrate
 
     common = {"sequence": "six-positions-and-rates", "dwell_s": 20.0}
     sensors = {"grade": "laser-standard", "rate_hz": 20.0}

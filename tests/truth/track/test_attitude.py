@@ -9,8 +9,8 @@ from sinssim import rotation
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.earth.geodetic_coordinates import q_en
 from sinssim.earth.gravity import gravitation_ecef
-from sinssim.truth.track.track_curve import TrackCurve, from_samples
-from sinssim.truth.track.vehicle_attitude import (
+from sinssim.truth.track_curve import TrackCurve, from_samples
+from sinssim.truth.vehicle_attitude import (
     VEHICLES,
     _carried,
     _hold,

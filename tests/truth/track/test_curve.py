@@ -10,11 +10,11 @@ import pytest
 import sinssim
 from sinssim import InputError, NavState, Trajectory, navigate, rotation
 from sinssim.earth.ellipsoids import ELLIPSOIDS, OMEGA_IE
+from sinssim.truth import track_curve
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
-from sinssim.truth.track import track_curve
-from sinssim.truth.track.track_curve import from_samples
-from sinssim.truth.track.track_smoothing import TrackOptions
+from sinssim.truth.track_curve import from_samples
+from sinssim.truth.track_smoothing import TrackOptions
 from tests.oracles import integrator as oracle
 from tests.slow import slow
 from tests.truth.motions import Array, ecef, synthetic_flight

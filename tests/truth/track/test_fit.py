@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from sinssim.earth.ellipsoids import WGS84
+from sinssim.truth import track_curve as module
 from sinssim.truth.sampling import Channel
-from sinssim.truth.track import track_curve as module
-from sinssim.truth.track.track_curve import Distance, TrackFit, assess, fit_lines, fit_numbers, fit_sentences, metres
-from sinssim.truth.track.track_samples import TrackSamples
-from sinssim.truth.track.track_smoothing import Knots, TrackOptions
+from sinssim.truth.track_curve import Distance, TrackFit, assess, fit_lines, fit_numbers, fit_sentences, metres
+from sinssim.truth.track_samples import TrackSamples
+from sinssim.truth.track_smoothing import Knots, TrackOptions
 
 NAN = float("nan")
 FIT = TrackFit(

@@ -13,12 +13,12 @@ from sinssim.earth.geodetic_coordinates import ecef_to_geodetic
 from sinssim.errors import InputError
 from sinssim.logs import track as track_file
 from sinssim.logs.track import Track, _options
+from sinssim.truth import track_smoothing as module
 from sinssim.truth.motion import NORMAL_EARTH
-from sinssim.truth.track import track_smoothing as module
-from sinssim.truth.track.route_waypoint import Waypoint
-from sinssim.truth.track.track_samples import TrackSamples
-from sinssim.truth.track.track_smoothing import TrackOptions, knots_of_samples
-from sinssim.truth.track.vehicle_attitude import VEHICLES
+from sinssim.truth.route_waypoint import Waypoint
+from sinssim.truth.track_samples import TrackSamples
+from sinssim.truth.track_smoothing import TrackOptions, knots_of_samples
+from sinssim.truth.vehicle_attitude import VEHICLES
 
 NAN = float("nan")
 

@@ -13,10 +13,10 @@ from sinssim.earth.geodetic_coordinates import ecef_to_geodetic
 from sinssim.errors import InputError
 from sinssim.logs.track import Track
 from sinssim.truth.motion import NORMAL_EARTH
-from sinssim.truth.track.planned_route import Route, Timetable, _stepped
-from sinssim.truth.track.route_waypoint import Corner, Waypoint, integrated_step7
-from sinssim.truth.track.track_curve import track_curve
-from sinssim.truth.track.vehicle_attitude import VEHICLES
+from sinssim.truth.planned_route import Route, Timetable, _stepped
+from sinssim.truth.route_waypoint import Corner, Waypoint, integrated_step7
+from sinssim.truth.track_curve import track_curve
+from sinssim.truth.vehicle_attitude import VEHICLES
 from tests.truth.motions import Array
 
 FLIGHT = (

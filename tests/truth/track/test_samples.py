@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.truth.track.track_samples import TrackSamples, checked_samples
-from sinssim.truth.track.vehicle_attitude import VEHICLES
+from sinssim.truth.track_samples import TrackSamples, checked_samples
+from sinssim.truth.vehicle_attitude import VEHICLES
 
 LAND = VEHICLES["land"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.truth.track import track_smoothing as knots
-from sinssim.truth.track.track_smoothing import SmoothingSpline, smooth_spline, tau_by_cross_validation, tau_by_distance
+from sinssim.truth import track_smoothing as knots
+from sinssim.truth.track_smoothing import SmoothingSpline, smooth_spline, tau_by_cross_validation, tau_by_distance
 
 TIME = np.arange(0.0, 1200.0)
 ONES = np.ones(len(TIME))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.truth.track.planned_route import Timetable
+from sinssim.truth.planned_route import Timetable
 
 
 def route(stops: list[float], speeds: list[float], passed: list[float]) -> Any:

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from sinssim.truth.track.vehicle_attitude import VEHICLES, Vehicle
+from sinssim.truth.vehicle_attitude import VEHICLES, Vehicle
 
 
 def test_assumptions_by_name() -> None:

@@ -28,7 +28,7 @@ from sinssim.units import ANGLE_SCALE, DEG, LENGTH_SCALE, fixed, number_text
 
 if TYPE_CHECKING:
     from sinssim.sensors.imu.rotation_encoder import Encoders
-    from sinssim.sensors.sets.sensor_readings import PlatformErrors
+    from sinssim.sensors.sensor_set_readings import PlatformErrors
     from sinssim.strapdown.gimballed_platform import PlatformSolution
     from sinssim.strapdown.navigation_error import NavError
     from sinssim.strapdown.platform_theory import ErrorsByCause
@@ -124,7 +124,7 @@ class OnPlatform(Part[PlatformNumbers]):
         """
         from sinssim.sensors.imu.emulation import emulate
         from sinssim.sensors.imu.size_effect import rectified
-        from sinssim.sensors.sets.sensor_readings import without_errors_of_turns
+        from sinssim.sensors.sensor_set_readings import without_errors_of_turns
 
         truth, true = self.run.truth, self.run.sensed.errors
         if self.strapdown is None:
@@ -379,7 +379,7 @@ class Rotation(Part[RotationNumbers]):
         None if there is no solution.
         """
         from sinssim.sensors.imu.emulation import digital
-        from sinssim.sensors.sets.sensor_readings import read
+        from sinssim.sensors.sensor_set_readings import read
 
         truth, scenario = self.run.truth, self.run.scenario
         assert isinstance(truth, Truth)

@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from sinssim.logs.recorded_log import RecordedLog
     from sinssim.simulation.truth_comparison import Aided
     from sinssim.strapdown.navigation_error import NavError
-    from sinssim.truth.track.track_curve import TrackFit
+    from sinssim.truth.track_curve import TrackFit
     from sinssim.truth.true_gravity_disturbance import GravityValues
 
 
@@ -80,19 +80,19 @@ class Track(Part[Mapping[str, Json]]):
 
     def numbers(self) -> Mapping[str, Json]:
         """Return how far the motion passes from the track, for `summary.json`."""
-        from sinssim.truth.track.track_curve import fit_numbers
+        from sinssim.truth.track_curve import fit_numbers
 
         return fit_numbers(self.fit)
 
     def brief(self, algorithms: Mapping[str, ErrorNumbers]) -> Iterator[Item]:
         """Yield how the curve fits the samples, and what is assumed."""
-        from sinssim.truth.track.track_curve import fit_sentences
+        from sinssim.truth.track_curve import fit_sentences
 
         yield from (Sentence(sentence, on=("console",)) for sentence in fit_sentences(self.fit))
 
     def exhibits(self) -> Iterator[Item]:
         """Yield the source of the curve, and the quality of the fit."""
-        from sinssim.truth.track.track_curve import ANGLE, HORIZONTAL, VERTICAL, fit_lines
+        from sinssim.truth.track_curve import ANGLE, HORIZONTAL, VERTICAL, fit_lines
 
         track, fit, truth = self.run.scenario.track, self.fit, self.run.truth
         assert track is not None

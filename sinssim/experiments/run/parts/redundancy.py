@@ -17,14 +17,14 @@ from sinssim.experiments.run.run_result import Part, side_by_side
 from sinssim.experiments.run.summary_types import ErrorNumbers, Number
 from sinssim.recording.streams import Stream, other_error_stream
 from sinssim.scenario.plan_summary import redundant_words
-from sinssim.sensors.sets.sensor_set_section import Redundant, dilution
+from sinssim.sensors.sensor_set_section import Redundant, dilution
 from sinssim.simulation.navigation_stage import Navigated, what_if
 from sinssim.strapdown.navigation_error import error_numbers
 from sinssim.truth.sampling import FlightEvent
 from sinssim.units import capital, fixed, number_text, signed
 
 if TYPE_CHECKING:
-    from sinssim.sensors.sets.fault_detection import Alarm, Monitored
+    from sinssim.sensors.fault_detection import Alarm, Monitored
     from sinssim.strapdown.navigation_error import NavError
 
 UNITS = {"gyro": ("deg_h", "deg/h", units.DEG_H), "accel": ("ug", "µg", units.UG)}
@@ -89,7 +89,7 @@ class Redundancy(Part[RedundancyNumbers]):
 
         None if no sensor was excluded, because the solution is then the same, or if there is no solution with them.
         """
-        from sinssim.sensors.sets.sensor_readings import unmonitored
+        from sinssim.sensors.sensor_set_readings import unmonitored
 
         of, readings = self.run.scenario.imu.sensor_set, self.run.sensed.readings
         assert isinstance(of, Redundant)

@@ -19,8 +19,8 @@ from sinssim.experiments.run.parts.redundancy import redundancy_numbers, window_
 from sinssim.experiments.run.parts.redundancy import sentences as redundancy_sentences
 from sinssim.experiments.run.run_result import Part
 from sinssim.logs.recorded_streams import FixStream
-from sinssim.sensors.sets.fault_detection import Alarm, Monitored
-from sinssim.sensors.sets.sensor_readings import PlatformErrors
+from sinssim.sensors.fault_detection import Alarm, Monitored
+from sinssim.sensors.sensor_set_readings import PlatformErrors
 from sinssim.simulation.recorded_filter_run import outage_errors, straight_line_error
 from sinssim.strapdown.navigation_error import NavError
 from tests.recording.test_summary import ERROR, NUMBERS

@@ -54,8 +54,8 @@ def test_deflections_and_disturbance() -> None:
 def test_a_track_and_its_distance_from_the_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     fit = SimpleNamespace(warnings=("Too <fast>.",), notes=("One sample was left out.",))
     asked = []
-    monkeypatch.setattr("sinssim.truth.track.track_curve.fit_lines", lambda one: [("largest speed", "12 m/s & more")])
-    monkeypatch.setattr("sinssim.truth.track.track_curve.fit_sentences", lambda one: ["It is close."])
+    monkeypatch.setattr("sinssim.truth.track_curve.fit_lines", lambda one: [("largest speed", "12 m/s & more")])
+    monkeypatch.setattr("sinssim.truth.track_curve.fit_sentences", lambda one: ["It is close."])
     section = SimpleNamespace(
         waypoints=(), what="a.csv", vehicle="land",
         prepared=lambda earth: asked.append(earth) or SimpleNamespace(fit=fit),  # type: ignore[func-returns-value]

@@ -29,7 +29,7 @@ from sinssim.experiments.run.parts.phases import Phase
 from sinssim.simulation.total_system_error import Miss, PathErrors, Piece
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.truth.flight.flight_plan import FlightPlan
-from sinssim.truth.trajectory import FlightEvent
+from sinssim.truth.sampling import FlightEvent
 
 SHOWN = ("tse_across_95", "tse_across_max", "tse_vertical_max", "nse_across_95", "nse_along_95", "nse_vertical_95",
          "fte_across_95", "fte_vertical_95")  # fmt: skip

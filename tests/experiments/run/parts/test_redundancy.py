@@ -11,8 +11,8 @@ from sinssim.charts import Charts
 from sinssim.experiments.run.parts import redundancy
 from sinssim.experiments.run.parts.redundancy import Redundancy
 from sinssim.experiments.run.sensor_exhibits import single_errors
+from sinssim.sensors.fault_detection import Monitored
 from sinssim.sensors.imu.imu_section import Imu, draw
-from sinssim.sensors.sets.fault_detection import Monitored
 from sinssim.strapdown.navigation_error import NavError
 from tests.recording.made_monitoring import ACCELEROMETERS, GYROS, SECTION, TIME
 from tests.recording.spies import Shown, cells, html, read

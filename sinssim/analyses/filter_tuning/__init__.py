@@ -1,1 +1,0 @@
-"""Tuning of a filter by the likelihood of its innovations."""

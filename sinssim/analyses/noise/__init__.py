@@ -1,1 +1,0 @@
-"""Identification of sensor noise from records at rest: Allan variance and maximum likelihood."""

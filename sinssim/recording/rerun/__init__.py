@@ -1,1 +1,0 @@
-"""Rerun recordings, views and the viewer."""

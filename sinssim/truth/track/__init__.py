@@ -1,1 +1,0 @@
-"""Recorded and planned motion as a source of truth: samples or waypoints become a smooth exact curve."""
