@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.analyses import noise_confidence_bands
-from sinssim.analyses.noise_confidence_bands import correlation_times
+from sinssim.analyses import noise_fit
+from sinssim.analyses.noise_fit import correlation_times
 
 QUANTILE = 1.959963984540054
 """97.5 % point of the normal distribution, √3.8415."""
@@ -36,8 +36,8 @@ def model() -> Any:
 
 def test_the_band_of_a_correlation_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """Five times, evenly in the logarithm, between the 95 % points on both sides; xtol is 0.02 of the logarithm."""
-    monkeypatch.setattr(noise_confidence_bands, "Likelihood", Known)
-    monkeypatch.setattr(noise_confidence_bands, "gauss_markov_term", lambda time: time)
+    monkeypatch.setattr(noise_fit, "Likelihood", Known)
+    monkeypatch.setattr(noise_fit, "gauss_markov_term", lambda time: time)
     first, *others = correlation_times(model(), 40.0)
     assert first == 40.0
     expected = np.linspace(np.log(40.0) - 0.3 * QUANTILE, np.log(40.0) + 0.5 * QUANTILE, 5)
@@ -46,8 +46,8 @@ def test_the_band_of_a_correlation_time(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_a_time_that_the_data_do_not_bound(monkeypatch: pytest.MonkeyPatch) -> None:
     """From below the samples' interval to beyond a thousand times the likeliest: steps of 0.2 · 1.6ⁿ reach them."""
-    monkeypatch.setattr(noise_confidence_bands, "Likelihood", Known)
-    monkeypatch.setattr(noise_confidence_bands, "gauss_markov_term", lambda time: 40.0)
+    monkeypatch.setattr(noise_fit, "Likelihood", Known)
+    monkeypatch.setattr(noise_fit, "gauss_markov_term", lambda time: 40.0)
     found = correlation_times(model(), 40.0)
     below = above = 0.2
     while below < np.log(40.0 / 0.3):

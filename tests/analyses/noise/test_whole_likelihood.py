@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.stats import chi2
 
-from sinssim.analyses import noise_confidence_bands
+from sinssim.analyses import noise_fit
 from sinssim.analyses.allan_deviation import FLICKER, QUANTISATION, RANDOM_WALK, RATE_WALK, gauss_markov_term
 from sinssim.analyses.noise_fit import NoiseFit, _ranges, is_constant
 from sinssim.analyses.noise_likelihood import Bands, Likelihood, _departures, _misfit, rounding
@@ -126,14 +126,14 @@ def test_white_noise_alone_has_a_closed_form() -> None:
     for x in (0.7, 0.9, 1.2, 1.5):
         loss = freedom * (np.log(x) + 1.0 / x - 1.0)
         assert model.loss({0: x * variance / T}) == pytest.approx(loss, abs=2e-3)
-    assert pytest.approx(chi2.ppf(0.95, 1), rel=1e-12) == noise_confidence_bands.LIMIT
-    low, high = noise_confidence_bands._band(model, 0)
+    assert pytest.approx(chi2.ppf(0.95, 1), rel=1e-12) == noise_fit.LIMIT
+    low, high = noise_fit._band(model, 0)
     ends = [
-        brentq(lambda x: freedom * (np.log(x) + 1.0 / x - 1.0) - noise_confidence_bands.LIMIT, a, b)
+        brentq(lambda x: freedom * (np.log(x) + 1.0 / x - 1.0) - noise_fit.LIMIT, a, b)
         for a, b in ((0.5, 1.0), (1.0, 2.0))
     ]
     np.testing.assert_allclose([low**2, high**2], np.array(ends) * variance / T, rtol=2e-3)
-    assert noise_confidence_bands.coefficient_bands(model, [])["N"] == (low, high)
+    assert noise_fit.coefficient_bands(model, [])["N"] == (low, high)
 
 
 def test_a_term_that_is_not_there_has_an_upper_limit_only() -> None:
@@ -141,10 +141,10 @@ def test_a_term_that_is_not_there_has_an_upper_limit_only() -> None:
     bands = model.bands
     terms = [QUANTISATION, RANDOM_WALK]
     both = Likelihood(bands, terms, np.stack([bands.column(term) for term in terms]), bands.number)
-    low, high = noise_confidence_bands.coefficient_bands(both, [])["Q"]
+    low, high = noise_fit.coefficient_bands(both, [])["Q"]
     if both.best[0] == 0.0:
         assert low == 0.0
-        assert both.loss({0: high**2}) == pytest.approx(noise_confidence_bands.LIMIT, rel=0.02)
+        assert both.loss({0: high**2}) == pytest.approx(noise_fit.LIMIT, rel=0.02)
     assert 0.0 < high < np.sqrt(variance)
     assert both.index("N") == 1
     assert freedom == 396
@@ -158,13 +158,13 @@ def test_uniform_rounding_errors_are_known_better() -> None:
     model = Likelihood(bands, [QUANTISATION], bands.column(QUANTISATION)[None], bands.number)
     assert np.sqrt(model.best[0]) == pytest.approx(1.0 / np.sqrt(12.0), rel=0.02)
     bands.fourth = -1.2 * float(model.best[0]) ** 2
-    assert noise_confidence_bands._uniformity(model) == pytest.approx(0.4, abs=1e-3)
+    assert noise_fit._uniformity(model) == pytest.approx(0.4, abs=1e-3)
     bands.fourth = -0.6 * float(model.best[0]) ** 2
-    assert noise_confidence_bands._uniformity(model) == pytest.approx(0.7, abs=1e-3)
+    assert noise_fit._uniformity(model) == pytest.approx(0.7, abs=1e-3)
     bands.fourth = -5.0
-    assert noise_confidence_bands._uniformity(model) == pytest.approx(0.4, abs=1e-3)
+    assert noise_fit._uniformity(model) == pytest.approx(0.4, abs=1e-3)
     bands.fourth = 5.0
-    assert noise_confidence_bands._uniformity(model) == 1.0
+    assert noise_fit._uniformity(model) == 1.0
 
 
 def test_departures_of_bands_and_their_sum() -> None:
