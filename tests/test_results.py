@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 
 import sinssim
 from sinssim.errors import InputError
-from sinssim.logs.formats.run_export import export
+from sinssim.logs.formats.export_streams import export
 
 pytestmark = pytest.mark.usefixtures("hardly_counted")
 

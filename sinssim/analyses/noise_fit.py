@@ -49,6 +49,8 @@ _LONGEST = 1e6  # in records; a bias with a longer correlation time is a constan
 _QUICKEST = 100.0  # samples in the shortest correlation time that is searched for
 _TIMES = 25  # number of correlation times that are tried
 _DETECTED = 10.0  # twice the gain in log-likelihood for which a Gauss-Markov term is included
+_SPIKE = 10.0  # in standard deviations; normal noise reaches six in a hundred million samples
+_ENOUGH = 100_000  # samples that determine a standard deviation well enough
 _POSSIBLE = 5.0  # the same for a remark; without such a bias one record in twenty gains as much
 
 
@@ -365,3 +367,14 @@ def correlation_times(model: Likelihood, likeliest: float) -> list[float]:
         end = x + sign * step
         ends.append(brentq(outside, x, end, xtol=0.02) if outside(x) < 0.0 < outside(end) else end)
     return [likeliest, *(math.exp(end) for end in np.linspace(ends[0], ends[1], 5))]
+
+
+def spike_of(increments: Array, time: Array) -> tuple[float, float] | None:
+    """Return time and size of the largest spike, if noise does not explain it."""
+    second = np.abs(np.diff(increments, 2))
+    # the median is insensitive to a few samples; for a normal number it is 0.6745 standard deviations
+    sigma = float(np.median(second[:: 1 + len(second) // _ENOUGH])) / 0.6745
+    k = int(np.argmax(second))
+    if not second[k] > _SPIKE * sigma > 0.0:
+        return None
+    return float(time[k + 2]), float(second[k]) / sigma

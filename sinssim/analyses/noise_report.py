@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from sinssim.analyses.allan_deviation import AllanDeviation, allan_deviation, confidence_band, degrees_of_freedom
-from sinssim.analyses.noise_fit import NoiseFit, fit_noise, is_constant
+from sinssim.analyses.noise_fit import NoiseFit, fit_noise, is_constant, spike_of
 from sinssim.arguments import longest_gap
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
@@ -250,8 +250,6 @@ def even_increments(samples: Samples, channel: LogChannel, timing: Clock) -> Arr
     return np.asarray(np.diff(total[nearest]) + mean * timing.interval)
 
 
-_SPIKE = 10.0  # in standard deviations; normal noise reaches six in a hundred million samples
-_ENOUGH = 100_000  # samples that determine a standard deviation well enough
 _NOT_THESE = 0.5  # relative misfit of the spectrum above which the sensor was not at rest
 _AT_REST = 0.05  # largest relative error of the specific force of a poor sensor at rest
 
@@ -483,7 +481,7 @@ def noise_report(
         deviation = allan_deviation(increments, timing.interval)
         freedom = degrees_of_freedom(deviation.count, deviation.interval, deviation.samples, fit.terms, fit.likely["R"])
         band = confidence_band(deviation.deviation, freedom)
-        spike = _spike(increments, samples.time)
+        spike = spike_of(increments, samples.time)
         noises.append(ChannelNoise(channel, deviation, freedom, *band, fit, spike))
     if not noises:
         raise InputError(f"{log}: all channels are constant; there is no noise to identify.")
@@ -526,17 +524,6 @@ def _of_scenario(path: Path, columns: Path | None, others: Sequence[str]) -> Sam
     )
     imu = recorded_log(only, scenario.imu.mounting_deg).imu
     return Samples("increments", imu.time, {"gyro": imu.dtheta, "accel": imu.dvel})
-
-
-def _spike(increments: Array, time: Array) -> tuple[float, float] | None:
-    """Return time and size of the largest spike, if noise does not explain it."""
-    second = np.abs(np.diff(increments, 2))
-    # the median is insensitive to a few samples; for a normal number it is 0.6745 standard deviations
-    sigma = float(np.median(second[:: 1 + len(second) // _ENOUGH])) / 0.6745
-    k = int(np.argmax(second))
-    if not second[k] > _SPIKE * sigma > 0.0:
-        return None
-    return float(time[k + 2]), float(second[k]) / sigma
 
 
 def _not_gravity(samples: Samples) -> Iterator[str]:

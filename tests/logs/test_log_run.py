@@ -13,7 +13,7 @@ import pytest
 import sinssim
 from sinssim.cli.app import main
 from sinssim.errors import InputError
-from sinssim.logs.formats.run_export import date_of_run, export
+from sinssim.logs.formats.export_streams import date_of_run, export
 from sinssim.logs.gps_time import date_from_gps
 from sinssim.logs.solution_score import Judge
 from sinssim.logs.stored_run import RecordedRun

@@ -94,7 +94,7 @@ def test_a_file_is_whole_or_not_there(tmp_path: Path) -> None:
 def test_what_a_killed_export_left_is_removed_by_the_next(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import sinssim
     from sinssim.logs.formats import csv_parquet_matlab
-    from sinssim.logs.formats.run_export import Content, export
+    from sinssim.logs.formats.export_streams import Content, export
 
     settings = ("parked.duration_s=5", "imu.rate_hz=10", "recording.keep=streams")
     sinssim.run(sinssim.load_scenario("parked", settings), tmp_path / "run")

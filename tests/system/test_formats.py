@@ -15,8 +15,8 @@ import sinssim
 from sinssim.cli.commands.content import Listing, names_of
 from sinssim.content import _of_packages
 from sinssim.errors import InputError
+from sinssim.logs.formats.export_streams import export
 from sinssim.logs.formats.registry import FORMATS, WRITERS, detect, read_file
-from sinssim.logs.formats.run_export import export
 from sinssim.system.registries import forget
 from tests.system.test_installed import install
 
@@ -30,7 +30,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from sinssim.logs.formats.run_export import Content
+from sinssim.logs.formats.export_streams import Content
 
 SUFFIX = ".hgt"
 HOLDS = "solution"
@@ -110,7 +110,7 @@ from sinssim.logs.formats.registry import detect
 known = detect(Path({str(tmp_path / "path.gpx")!r})), _of_packages.cache_info().misses
 short = ["parked.duration_s=5", "imu.rate_hz=10", "recording.keep=streams"]
 run = sinssim.run("parked", {str(tmp_path / "run")!r}, overrides=short)
-from sinssim.logs.formats.run_export import export
+from sinssim.logs.formats.export_streams import export
 done = export(run.directory, "display", {str(tmp_path / "h.hgt")!r})
 print(json.dumps([*known, detect(Path({str(log)!r})), done.sentences[0]]))
 """

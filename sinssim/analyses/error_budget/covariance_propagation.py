@@ -56,7 +56,7 @@ from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.rotation_encoder import encoders_of
 from sinssim.sensors.measurement_kind import CORE, PHI, V
-from sinssim.strapdown.frames.vertical_channel import loop_gains_k
+from sinssim.strapdown.frames.vertical_channel import OVERDUE_AFTER, loop_gains_k
 
 
 @dataclass(frozen=True)
@@ -375,9 +375,6 @@ _LONGEST = 1.0
 """Longest step, s. Within it the increments are integrated sample by sample; between steps the specific force is the
 mean one, which is wrong for second-order effects by f Δφ (dt)²/12 of the tilt: 1e-4 in a turn at 3°/s."""
 
-_OVERDUE = 1.5
-"""Intervals between readings after which the vertical loop opens, as in `HeightReadings`."""
-
 _OF_LOOP = 0.05
 """Longest step relative to the time constant of the vertical loop."""
 
@@ -410,7 +407,7 @@ def _boundaries(motion: TrueMotion, vertical: Vertical, outputs: Array) -> Array
     stride = max(int(longest / sample + 1e-6), 1)
     wanted = [np.arange(0, len(edges), stride), np.array([len(edges) - 1]), np.searchsorted(edges, outputs - 1e-9)]
     if (readings := vertical.readings) is not None:
-        overdue = readings.arrival + _OVERDUE * readings.interval
+        overdue = readings.arrival + OVERDUE_AFTER * readings.interval
         wanted += [np.searchsorted(edges, readings.arrival - 1e-9), np.searchsorted(edges, overdue, side="right")]
     chosen = np.unique(np.concatenate(wanted).astype(np.int64))
     return np.asarray(edges[chosen[chosen < len(edges)]])
@@ -521,7 +518,7 @@ def _readings_at(time: Array, readings: HeightErrors | None) -> tuple[NDArray[np
     last = np.searchsorted(readings.arrival, time + 1e-9, side="right") - 1
     new = np.diff(last, prepend=-1) > 0
     at_boundary[new] = last[new]
-    overdue = (last < 0) | (time - readings.arrival[np.maximum(last, 0)] > _OVERDUE * readings.interval)
+    overdue = (last < 0) | (time - readings.arrival[np.maximum(last, 0)] > OVERDUE_AFTER * readings.interval)
     return at_boundary, overdue
 
 

@@ -239,7 +239,7 @@ def export(
         sinssim export runs/mems_uav --to kf-gins -o gaps --outage 15/45@60
         sinssim export runs/mems_uav --to sbet --solution aided --solution ideal
     """
-    from sinssim.logs.formats.run_export import export
+    from sinssim.logs.formats.export_streams import export
 
     done = export(
         run, to, out, solution=solution or [], start=start, rate_hz=rate, outages=outages or (), overwrite=overwrite
@@ -304,7 +304,7 @@ def score(
     """
     from sinssim.errors import InputError
     from sinssim.experiments.run.run_scores import check_names
-    from sinssim.logs.formats.run_export import date_of_run
+    from sinssim.logs.formats.export_streams import date_of_run
     from sinssim.logs.solution_score import Judge
     from sinssim.logs.stored_run import RecordedRun
 

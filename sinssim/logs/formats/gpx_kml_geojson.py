@@ -23,8 +23,8 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError, shortened
+from sinssim.logs.formats.export_streams import Content, Export
 from sinssim.logs.formats.registry import Format
-from sinssim.logs.formats.run_export import Content, Export
 from sinssim.logs.gps_time import gps_seconds, unix_from_gps
 from sinssim.logs.recorded_streams import Clock, FixStream, Streams
 from sinssim.system.files import open_file

@@ -1,9 +1,9 @@
 """The registries of the formats of recorded files and of exports, and the detection of a file's format.
 
-A format of recorded files is a `Format`, and one that runs are exported in an `Export` (`run_export`). Both are stated
-at the end of the file of their program or family of devices, and have a line in `FORMATS` or `WRITERS`, which are lists
-that can be read without loading these files. Libraries that read the formats of vendors are imported here; a missing
-one is named with the command that installs it.
+A format of recorded files is a `Format`, and one that runs are exported in an `Export` (`export_streams`). Both are
+stated at the end of the file of their program or family of devices, and have a line in `FORMATS` or `WRITERS`, which
+are lists that can be read without loading these files. Libraries that read the formats of vendors are imported here; a
+missing one is named with the command that installs it.
 """
 
 from __future__ import annotations

@@ -29,8 +29,8 @@ from sinssim.logs.formats.euroc_tum_kitti import (
     unix_ns,
     velocity,
 )
+from sinssim.logs.formats.export_streams import Content, Export
 from sinssim.logs.formats.registry import Format, library, refused
-from sinssim.logs.formats.run_export import Content, Export
 from sinssim.logs.recorded_streams import FixStream, InertialStream, SolutionStream, Streams
 from sinssim.system.files import read_bytes, user_file
 from sinssim.units import DEG

@@ -36,6 +36,9 @@ NOTHING_NEW, OVERDUE, NOT_A_HEIGHT = 1e30, 2e30, 0.5e30
 """Values in a reference at a row without a reading, for a held e or an open loop; and a limit of heights, m. Infinity
 and NaN cannot be used, because kernels are compiled for finite numbers."""
 
+OVERDUE_AFTER = 1.5
+"""Intervals between readings after which the loop opens."""
+
 
 @dataclass(frozen=True)
 class HeightReadings:
@@ -43,7 +46,7 @@ class HeightReadings:
 
     arrival: Array  # arrival times, in order, (M,) s
     value: Array  # heights above the ellipsoid, (M,) m
-    interval: float  # time between readings, s; a reading that is late by more than half of it is overdue
+    interval: float  # time between readings, s; see `OVERDUE_AFTER`
 
     def at(self, time: Array) -> Array:
         """Return the reading that arrived since the previous row, for each row, (N+1,) m; the first row has none.
@@ -55,7 +58,7 @@ class HeightReadings:
         if len(self.arrival):
             new = np.diff(last, prepend=-1) > 0
             out[new] = self.value[last[new]]
-            out[time - self.arrival[last] > 1.5 * self.interval] = OVERDUE
+            out[time - self.arrival[last] > OVERDUE_AFTER * self.interval] = OVERDUE
         out[last < 0] = OVERDUE
         out[0] = OVERDUE
         return out

@@ -395,7 +395,7 @@ class Drive(SurfaceVehicle):
             return Body(none, none, none, roll, pitch), none
         from scipy.interpolate import CubicSpline
 
-        from sinssim.truth.motions import road_and_waves as road  # needs the compiler
+        from sinssim.truth.motions import road_and_sea_spectra as road  # needs the compiler
 
         highest = min(road.HIGHEST, _FASTEST / step / max(float(course.speed.max()), 1e-9))
         length = float(course.way.max()) + 2.0 * self.wheelbase_m
@@ -464,7 +464,7 @@ class Voyage(SurfaceVehicle):
         towards = np.radians(self.waves_towards_deg)
         height, along, slope = (np.zeros(len(time)) for _ in range(3))
         if self.height_m > 0.0:
-            from sinssim.truth.motions import road_and_waves as sea  # needs the compiler
+            from sinssim.truth.motions import road_and_sea_spectra as sea  # needs the compiler
 
             waves = sea.waves(self.height_m, sea.peak(self.height_m, self.peak_period_s), seed)
             ahead = north * np.cos(towards) + east * np.sin(towards)

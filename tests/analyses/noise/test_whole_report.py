@@ -12,7 +12,7 @@ import pytest
 from scipy.stats import chi2
 
 from sinssim.analyses.allan_deviation import AllanDeviation, confidence_band
-from sinssim.analyses.noise_fit import NoiseFit, TermEstimate
+from sinssim.analyses.noise_fit import NoiseFit, TermEstimate, spike_of
 from sinssim.analyses.noise_imu_table import ImuLine, block_text, imu_block
 from sinssim.analyses.noise_report import (
     CHANNELS,
@@ -22,7 +22,6 @@ from sinssim.analyses.noise_report import (
     ChannelNoise,
     LogChannel,
     NoiseReport,
-    _spike,
     clock,
     even_increments,
     four_digits,
@@ -452,9 +451,9 @@ def test_the_size_of_a_spike() -> None:
     """Second differences of 0, 1, 0, 1, … are 2, which is 0.6745 σ; that of a sample with 100 more is 202."""
     increments = np.tile([0.0, 1.0], 20)
     increments[7] += 100.0
-    found = _spike(increments, 5.0 + 0.25 * np.arange(41))
+    found = spike_of(increments, 5.0 + 0.25 * np.arange(41))
     assert found == (7.0, pytest.approx(202.0 / 2.0 * 0.6745))  # the end of the eighth interval
     increments[7] = 16.0  # 32 are 10.8 σ; 29 would be 9.8 σ
-    assert _spike(increments, np.arange(41.0)) == (8.0, pytest.approx(16.0 * 0.6745))
+    assert spike_of(increments, np.arange(41.0)) == (8.0, pytest.approx(16.0 * 0.6745))
     increments[7] = 14.5
-    assert _spike(increments, np.arange(41.0)) is None
+    assert spike_of(increments, np.arange(41.0)) is None

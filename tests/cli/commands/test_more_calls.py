@@ -20,7 +20,7 @@ from tests.recording.test_summary import ERROR
 
 def test_export(sinssim: Sinssim, put: Put) -> None:
     done = SimpleNamespace(place=Path("p"), files=[Path("p/a.csv"), Path("p/b.csv")], sentences=("One.", "Two."))
-    wrote = put("logs.formats.run_export.export", done)
+    wrote = put("logs.formats.export_streams.export", done)
     assert sinssim("export", "runs/a", "--to", "kml") == "p\n  One.\n  Two.\n"
     assert wrote.args == (Path("runs/a"), "kml", None)
     assert wrote.options == {"solution": [], "start": None, "rate_hz": None, "outages": (), "overwrite": False}
@@ -104,7 +104,10 @@ def test_score(sinssim: Sinssim, put: Put, monkeypatch: pytest.MonkeyPatch) -> N
 
     monkeypatch.setattr("sinssim.logs.solution_score.Judge", Judge)
     put("logs.stored_run.RecordedRun", "recorded")
-    dated, common = put("logs.formats.run_export.date_of_run", 77.0), put("logs.solution_score.common_span", (6.0, 8.0))
+    dated, common = (
+        put("logs.formats.export_streams.date_of_run", 77.0),
+        put("logs.solution_score.common_span", (6.0, 8.0)),
+    )
     wrote = put("experiments.run.run_scores.write_scores", Path("runs/a/scores/report.html"))
     put("experiments.run.run_scores.to_json", SUMMARY)
     exhibits, shown = put("experiments.run.run_scores.score_exhibits", "exhibits"), put("recording.console.show")

@@ -16,7 +16,7 @@ import sinssim
 from sinssim.errors import InputError
 from sinssim.experiments.run.finished_runs import FinishedRun, load_streams
 from sinssim.experiments.run.run_result import Run
-from sinssim.logs.formats.run_export import export
+from sinssim.logs.formats.export_streams import export
 from sinssim.logs.stored_run import RecordedRun
 from sinssim.scenario.schema import Scenario
 

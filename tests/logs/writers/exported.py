@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from sinssim.data import Array
-from sinssim.logs.formats.run_export import export
+from sinssim.logs.formats.export_streams import export
 from tests.logs import hand_run
 
 OF_ALL = "The run's time 0 is 2017-01-01T23:59:59Z (--start)."

@@ -9,7 +9,7 @@ import pytest
 
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.logs.formats.run_export import export
+from sinssim.logs.formats.export_streams import export
 from tests.logs import hand_run
 from tests.logs.formats.samples import nmea_sentence
 from tests.logs.formats.whole import attitude

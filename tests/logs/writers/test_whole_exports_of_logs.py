@@ -11,7 +11,7 @@ from pyarrow import parquet
 
 from sinssim.errors import InputError
 from sinssim.logs.formats import kf_gins
-from sinssim.logs.formats.run_export import choose, export
+from sinssim.logs.formats.export_streams import choose, export
 from sinssim.logs.recorded_streams import FixStream
 from sinssim.logs.stored_run import RecordedRun
 from tests.logs import hand_run

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.formats import run_export
+from sinssim.logs.formats import export_streams
 from sinssim.logs.recorded_streams import SolutionStream
 from sinssim.logs.reference_solution import TruthAt
 from sinssim.logs.solution_score import Judge
@@ -33,23 +33,23 @@ def test_places_that_are_taken(tmp_path: Path) -> None:
         (folder, True, False, "exists. Give another name with -o, or replace it with --overwrite."),
     ):
         with pytest.raises(InputError, match=f"^{re.escape(f'{place} {said}')}$"):
-            run_export._check_place(place, folder=of_folder, overwrite=overwrite)
+            export_streams._check_place(place, folder=of_folder, overwrite=overwrite)
     for place, of_folder, overwrite in ((file, False, True), (folder, True, True), (empty, True, False),
                                         (tmp_path / "new", True, False), (tmp_path / "new", False, False)):  # fmt: skip
-        run_export._check_place(place, folder=of_folder, overwrite=overwrite)
+        export_streams._check_place(place, folder=of_folder, overwrite=overwrite)
 
 
 def test_outages_need_fixes() -> None:
     content: Any = SimpleNamespace(run=SimpleNamespace(path="run", fixes=[]), solution_name="aided")
     writer: Any = SimpleNamespace(holds="solution")
-    assert run_export._with_outages(content, (), "kml", writer) is content
+    assert export_streams._with_outages(content, (), "kml", writer) is content
     with pytest.raises(InputError, match=r"^--outage: run has no GNSS fixes that could be withheld\.$"):
-        run_export._with_outages(content, ("40:55",), "kml", writer)
+        export_streams._with_outages(content, ("40:55",), "kml", writer)
     content.run.fixes = ["gnss", "second"]
     for to, holds in (("kml", "solution"), ("parquet", "run")):
         writer.holds = holds
         with pytest.raises(InputError) as refused:
-            run_export._with_outages(content, ("40:55",), to, writer)
+            export_streams._with_outages(content, ("40:55",), to, writer)
         assert str(refused.value) == (
             f"--outage: this export to {to} contains no fixes from which any could be withheld. Export to another "
             "format, or the fixes as a solution (--solution gnss)."
@@ -58,8 +58,8 @@ def test_outages_need_fixes() -> None:
 
 def test_the_default_place() -> None:
     run: Any = SimpleNamespace(path=Path("/x/runs/one"), name="one")
-    assert run_export._default_place(run, "kml", ".kml") == Path("/x/runs/one.kml")
-    assert run_export._default_place(run, "euroc", "") == Path("/x/runs/one-euroc")
+    assert export_streams._default_place(run, "kml", ".kml") == Path("/x/runs/one.kml")
+    assert export_streams._default_place(run, "euroc", "") == Path("/x/runs/one-euroc")
 
 
 def test_rows_that_are_scored() -> None:

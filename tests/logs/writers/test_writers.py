@@ -16,8 +16,8 @@ import pytest
 from sinssim import rotation
 from sinssim.errors import InputError
 from sinssim.logs.formats import rtklib
+from sinssim.logs.formats.export_streams import Exported, export
 from sinssim.logs.formats.registry import WRITERS, read_file
-from sinssim.logs.formats.run_export import Exported, export
 from sinssim.logs.recorded_streams import SolutionStream
 from sinssim.logs.stored_run import RecordedRun
 from sinssim.units import DEG

@@ -15,7 +15,7 @@ from sinssim.earth.ellipsoids import WGS84
 from sinssim.rotation.quaternions import euler_from_quaternion
 from sinssim.scenario.schema import Scenario
 from sinssim.truth.curve import Curve
-from sinssim.truth.motions import road_and_waves
+from sinssim.truth.motions import road_and_sea_spectra
 from sinssim.truth.motions.surface_vehicles import ROADS, Drive, Voyage, respond
 
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
@@ -54,16 +54,18 @@ def test_response_to_a_sine_is_the_transfer_function(on_carrier: bool) -> None:
 
 
 def test_road_has_the_density_of_the_standard() -> None:
-    heights = road_and_waves.heights(100_000.0, ROADS["C"], road_and_waves.HIGHEST, 3)
-    n, found = welch(heights, 1.0 / road_and_waves.STEP, nperseg=8192)
+    heights = road_and_sea_spectra.heights(100_000.0, ROADS["C"], road_and_sea_spectra.HIGHEST, 3)
+    n, found = welch(heights, 1.0 / road_and_sea_spectra.STEP, nperseg=8192)
     edges = np.geomspace(0.03, 2.5, 9)
     # over 250 segments of 819 m; a band of ten lines and more has a relative 1σ of at most 2 %
     inside = (n > 0.02) & (n < 2.6)
     n, found = n[inside], found[inside]
-    assert banded(n, found / road_and_waves.road_density(n, ROADS["C"]), edges) == pytest.approx(np.ones(8), abs=0.08)
-    assert road_and_waves.road_density(0.1, ROADS["A"]) == 16e-6  # ISO 8608, class A
+    assert banded(n, found / road_and_sea_spectra.road_density(n, ROADS["C"]), edges) == pytest.approx(
+        np.ones(8), abs=0.08
+    )
+    assert road_and_sea_spectra.road_density(0.1, ROADS["A"]) == 16e-6  # ISO 8608, class A
     # variance over the range of the standard, ∫G dn = G(n₀) n₀² (1/n₁ − 1/n₂)
-    whole = ROADS["C"] * 0.01 * (1.0 / road_and_waves.LOWEST - 1.0 / road_and_waves.HIGHEST)
+    whole = ROADS["C"] * 0.01 * (1.0 / road_and_sea_spectra.LOWEST - 1.0 / road_and_sea_spectra.HIGHEST)
     assert heights.var() == pytest.approx(whole, rel=0.2)
 
 
@@ -81,7 +83,12 @@ def test_heave_and_pitch_on_the_road_have_the_spectrum_of_road_and_suspension() 
         (pitch, lambda f: (2.0 * np.sin(np.pi * n(f) * 2.7) / 2.7) ** 2),  # their difference over the wheelbase
     ):
         f, found = welch(values, 50.0, nperseg=2048)
-        stated = road_and_waves.road_density(n(f), ROADS["C"]) / speed * gain(f, 1.3, 0.3, on_carrier=True) ** 2 * of(f)
+        stated = (
+            road_and_sea_spectra.road_density(n(f), ROADS["C"])
+            / speed
+            * gain(f, 1.3, 0.3, on_carrier=True) ** 2
+            * of(f)
+        )
         # 40 segments: 16 % for one line, at most 8 % for a band, with overlap
         assert banded(f, found, edges) / banded(f, stated, edges) == pytest.approx(np.ones(8), abs=0.3)
 
@@ -107,15 +114,16 @@ def test_vehicle_leans_outwards_and_stands_still() -> None:
 
 def test_sea_has_its_height_and_its_peak() -> None:
     height = 2.5
-    omega_p = road_and_waves.peak(height, None)
+    omega_p = road_and_sea_spectra.peak(height, None)
     # Pierson and Moskowitz: ω_p = 0.877 g/U with H = 0.21 U²/g, so that ω_p² H = 0.1615 g
-    assert omega_p**2 * height / road_and_waves.G == pytest.approx(0.877**2 * 0.21, rel=0.01)
-    area, _ = quad(lambda w: float(road_and_waves.wave_density(w, height, omega_p)), 0.05, 40.0, points=[omega_p])
+    assert omega_p**2 * height / road_and_sea_spectra.G == pytest.approx(0.877**2 * 0.21, rel=0.01)
+    area, _ = quad(lambda w: float(road_and_sea_spectra.wave_density(w, height, omega_p)), 0.05, 40.0, points=[omega_p])
     assert 4.0 * np.sqrt(area) == pytest.approx(height, rel=1e-4)
     grid = np.linspace(0.2, 3.0, 5001)
-    assert grid[np.argmax(road_and_waves.wave_density(grid, height, omega_p))] == pytest.approx(omega_p, rel=1e-3)
+    assert grid[np.argmax(road_and_sea_spectra.wave_density(grid, height, omega_p))] == pytest.approx(omega_p, rel=1e-3)
     squares = [
-        np.sum(w.cosine**2 + w.sine**2) / 2.0 for w in (road_and_waves.waves(height, omega_p, k) for k in range(100))
+        np.sum(w.cosine**2 + w.sine**2) / 2.0
+        for w in (road_and_sea_spectra.waves(height, omega_p, k) for k in range(100))
     ]
     assert np.mean(squares) == pytest.approx(height**2 / 16.0, rel=0.06)
 
@@ -126,8 +134,8 @@ def test_ship_at_anchor_moves_with_the_spectrum_of_sea_and_hull() -> None:
         significant_height_m=2.0, waves_towards_deg=60.0, heading_deg=0.0,
     )  # fmt: skip
     motion = curve(section, 5)
-    omega_p = road_and_waves.peak(2.0, None)
-    waves = road_and_waves.waves(2.0, omega_p, 5)
+    omega_p = road_and_sea_spectra.peak(2.0, None)
+    waves = road_and_sea_spectra.waves(2.0, omega_p, 5)
     time = np.arange(0.0, motion.end, 0.25)
     state = motion.state(time)
     roll, pitch, _ = euler_from_quaternion(state.q_nb)
@@ -141,7 +149,7 @@ def test_ship_at_anchor_moves_with_the_spectrum_of_sea_and_hull() -> None:
     # and by bands, against the stated spectrum itself: a band of 32 waves has a relative 1σ of 18 %
     at, found = welch(state.height, 4.0, nperseg=2048)
     edges = np.linspace(0.6, 2.2, 5) * omega_p / (2.0 * np.pi)
-    stated = 2.0 * np.pi * road_and_waves.wave_density(2.0 * np.pi * np.maximum(at, 1e-3), 2.0, omega_p)
+    stated = 2.0 * np.pi * road_and_sea_spectra.wave_density(2.0 * np.pi * np.maximum(at, 1e-3), 2.0, omega_p)
     stated *= gain(at, 1.0 / 6.0, 0.4, on_carrier=False) ** 2
     assert banded(at, found, edges) / banded(at, stated, edges) == pytest.approx(np.ones(4), abs=0.7)
 
@@ -155,8 +163,8 @@ def test_ship_meets_head_seas_more_often() -> None:
     wave = motion.channels["wave_height_m"]
     f, power = welch(np.interp(time, wave.time, wave.values), 4.0, nperseg=2048)
     omega = 2.0 * np.pi / 8.0
-    waves = road_and_waves.waves(1.0, omega, 2)
-    met = (waves.omega + waves.omega**2 * 8.0 / road_and_waves.G) / (
+    waves = road_and_sea_spectra.waves(1.0, omega, 2)
+    met = (waves.omega + waves.omega**2 * 8.0 / road_and_sea_spectra.G) / (
         2.0 * np.pi
     )  # encounter frequency, Lloyd, Seakeeping, 1989
     own = waves.cosine**2 + waves.sine**2
@@ -249,10 +257,10 @@ def test_a_body_follows_a_slope_of_the_road(monkeypatch: pytest.MonkeyPatch) -> 
 
     def heights(length: float, at_reference: float, highest: float, seed: int) -> np.ndarray:
         asked.append((length, at_reference, highest, seed))
-        x = road_and_waves.STEP * np.arange(int(length / road_and_waves.STEP) + 3)
+        x = road_and_sea_spectra.STEP * np.arange(int(length / road_and_sea_spectra.STEP) + 3)
         return 0.02 * np.maximum(x - 200.0, 0.0)
 
-    monkeypatch.setattr(road_and_waves, "heights", heights)
+    monkeypatch.setattr(road_and_sea_spectra, "heights", heights)
     legs = ({"type": "straight", "distance_m": 500.0, "speed_mps": 8.0},)
     motion = curve(drive(*legs, road="C", wheelbase_m=4.0), seed=7)
     t = np.array([50.0, 55.0])
@@ -264,7 +272,7 @@ def test_a_body_follows_a_slope_of_the_road(monkeypatch: pytest.MonkeyPatch) -> 
     np.testing.assert_allclose(np.interp(t, channel.time, channel.values), 0.02 * (centre - 200.0), rtol=1e-4)
     ((length, at_reference, highest, seed),) = asked
     assert (length, at_reference, seed) == (pytest.approx(508.0), 256e-6, 7)
-    assert highest == pytest.approx(road_and_waves.HIGHEST)  # at 8 m/s, 0.35 of 100 Hz is 4.4 cycles/m
+    assert highest == pytest.approx(road_and_sea_spectra.HIGHEST)  # at 8 m/s, 0.35 of 100 Hz is 4.4 cycles/m
     curve(drive({"type": "straight", "distance_m": 5000.0, "speed_mps": 50.0}, road="E"), seed=7)
     assert asked[-1][1:3] == (4096e-6, pytest.approx(0.7, rel=1e-3))
 
@@ -275,11 +283,13 @@ def test_a_hull_follows_a_long_wave(monkeypatch: pytest.MonkeyPatch) -> None:
     At the place h = 3 cos ωt; the water is ahead of its mean by 3 sin ωt, and the surface slopes by 3k sin ωt.
     """
     omega = 2.0 * np.pi / 50.0
-    one = road_and_waves.Sea(
-        np.array([omega]), np.array([omega**2 / road_and_waves.G]), np.array([3.0]), np.array([0.0])
+    one = road_and_sea_spectra.Sea(
+        np.array([omega]), np.array([omega**2 / road_and_sea_spectra.G]), np.array([3.0]), np.array([0.0])
     )
     asked = []
-    monkeypatch.setattr(road_and_waves, "waves", lambda height, peak, seed: asked.append((height, peak, seed)) or one)
+    monkeypatch.setattr(
+        road_and_sea_spectra, "waves", lambda height, peak, seed: asked.append((height, peak, seed)) or one
+    )
     quick = {f"{name}_{key}": value for name in ("roll", "pitch", "heave")
              for key, value in (("period_s", 0.3), ("damping", 0.7))}  # fmt: skip
     section = voyage({"type": "stop", "duration_s": 120.0}, significant_height_m=2.0, peak_period_s=9.0,
@@ -290,7 +300,7 @@ def test_a_hull_follows_a_long_wave(monkeypatch: pytest.MonkeyPatch) -> None:
     state = motion.state(t)
     roll, pitch, heading = euler_from_quaternion(state.q_nb)
     height, along = 3.0 * np.cos(omega * t), 3.0 * np.sin(omega * t)
-    slope = along * omega**2 / road_and_waves.G
+    slope = along * omega**2 / road_and_sea_spectra.G
     np.testing.assert_allclose(state.height, height, atol=0.03)
     north, east = (state.latitude - np.radians(54.0)) * 6.3774e6, (state.longitude - np.radians(5.0)) * 3.7565e6
     np.testing.assert_allclose(north, along * 0.5, atol=0.03)
@@ -317,26 +327,26 @@ def test_a_ship_heels_outwards() -> None:
 def test_waves_have_frequencies_in_equal_bands() -> None:
     """256 bands from half the peak's frequency to four times it, or to 2 Hz, but at least to twice the peak's."""
     for omega_p, highest in ((0.8, 3.2), (5.0, 4.0 * np.pi), (7.0, 14.0)):
-        one = road_and_waves.waves(2.0, omega_p, 3)
+        one = road_and_sea_spectra.waves(2.0, omega_p, 3)
         edges = np.linspace(0.5 * omega_p, highest, 257)
         assert np.all((one.omega > edges[:-1]) & (one.omega < edges[1:]))
         np.testing.assert_allclose(one.k, one.omega**2 / 9.80665)
-    assert road_and_waves.peak(2.0, 8.0) == pytest.approx(0.25 * np.pi)
+    assert road_and_sea_spectra.peak(2.0, 8.0) == pytest.approx(0.25 * np.pi)
     # a unit of variance at the peak: 5/16 H² e^−1.25/ω_p
-    assert road_and_waves.wave_density(0.8, 2.0, 0.8) == pytest.approx(1.25 / 0.8 * np.exp(-1.25))
+    assert road_and_sea_spectra.wave_density(0.8, 2.0, 0.8) == pytest.approx(1.25 / 0.8 * np.exp(-1.25))
 
 
 def test_a_road_has_no_waves_beyond_its_range() -> None:
     """Up to 0.5 cycles/m of the 2.83 of the standard, and from 0.011 on; its period is longer than the road."""
-    heights = road_and_waves.heights(300.0, ROADS["E"], 0.5, 5)
+    heights = road_and_sea_spectra.heights(300.0, ROADS["E"], 0.5, 5)
     assert len(heights) == 4096  # of 0.1 m, the power of two above 3002
-    assert len(road_and_waves.heights(90.0, ROADS["E"], 0.5, 5)) == 2048  # two periods of the longest wave, 182 m
+    assert len(road_and_sea_spectra.heights(90.0, ROADS["E"], 0.5, 5)) == 2048  # two periods of the longest wave, 182 m
     size = np.abs(np.fft.rfft(heights))
     n = np.fft.rfftfreq(4096, 0.1)
     inside = (n >= 0.011) & (n <= 0.5)
     assert size[~inside].max() < 1e-9 * size.max()
     assert size[inside].min() > 1e-4 * size.max()
-    found = road_and_waves.road_density([0.01, 0.02, 0.2, 2.9], 64e-6)
+    found = road_and_sea_spectra.road_density([0.01, 0.02, 0.2, 2.9], 64e-6)
     assert found.tolist() == pytest.approx([0.0, 64e-6 * 25.0, 64e-6 / 4.0, 0.0])
 
 
@@ -349,7 +359,7 @@ def test_same_seed_same_motion_and_another_seed_another() -> None:
 def test_waves_are_met_by_the_way_along_them(monkeypatch: pytest.MonkeyPatch) -> None:
     """A kilometre on a heading of 20° is 766 m along waves towards 60°."""
     ways: list[np.ndarray] = []
-    monkeypatch.setattr(road_and_waves, "ride", lambda waves, time, ahead, *motion: ways.append(ahead))
+    monkeypatch.setattr(road_and_sea_spectra, "ride", lambda waves, time, ahead, *motion: ways.append(ahead))
     leg = {"type": "straight", "distance_m": 1000.0, "speed_mps": 10.0}
     curve(voyage(leg, waves_towards_deg=60.0, heading_deg=20.0, sea_state=2))
     assert np.ptp(ways[0]) == pytest.approx(1000.0 * np.cos(np.radians(40.0)), rel=0.02)
