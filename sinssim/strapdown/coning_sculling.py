@@ -31,6 +31,26 @@ from sinssim.rotation.vectors import simpson
 
 Twist = tuple[float, float, float, float, float, float]
 
+COEFFICIENTS = (
+    (0.0, 0.0, 0.0),
+    (2 / 3, 0.0, 0.0),  # Ignagni 1990
+    (27 / 40, 9 / 20, 0.0),  # Miller 1983
+    (214 / 315, 46 / 105, 54 / 105),  # Ignagni 1996: (214, 92, 54)/105 over 3, 2 and 1 pairs
+)
+"""Classical compensation of n samples by their products (`attitude.rotation_vector`): K_s of a pair of samples at
+distance s = 1, 2, 3, one row for each number of samples."""
+
+PREVIOUS_COEFFICIENT = 1 / 12  # Ignagni 1990, Savage 1998: φ = Δθ + Δθ₋₁ × Δθ/12
+
+EDGE = (
+    (1.0, 0.0, 0.0, 0.0),
+    (3.0, -1.0, 0.0, 0.0),
+    (11 / 2, -7 / 2, 1.0, 0.0),
+    (25 / 3, -23 / 3, 13 / 3, -1.0),
+)
+"""Weights of the samples, first to last, that give the update's length times the specific force at its start, from the
+polynomial whose integrals over the samples are the increments; in reverse order, at its end."""
+
 
 @inline
 def bracket_k(

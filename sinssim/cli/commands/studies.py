@@ -117,7 +117,7 @@ def ensemble(
         scheduler=scheduler, require=requirements, until_decided=until_decided, times=at or (),
         progress=has_bars(quiet), say=remarks(quiet),
     )  # fmt: skip
-    from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers, summary_of
+    from sinssim.experiments.ensembles.ensemble_summary import ensemble_numbers, summary_of
 
     numbers = ensemble_numbers(result)
     if as_json:

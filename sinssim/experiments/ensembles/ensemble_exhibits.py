@@ -18,7 +18,7 @@ from sinssim.data import Array
 from sinssim.exhibits import Column, Exhibits, Interactive, Item, Section, Sentence, Table, Verbatim, definitions
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, VECTORS
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
-from sinssim.experiments.ensembles.ensemble_statistics import (
+from sinssim.experiments.ensembles.ensemble_summary import (
     DEFINITIONS,
     PART_121_HOURS,
     PART_121_RATE,

@@ -22,7 +22,7 @@ from sinssim.experiments.ensembles.ensemble_execution import Cluster, Group, Pro
 from sinssim.experiments.ensembles.ensemble_exhibits import exhibits_of, to_json, write_ensemble
 from sinssim.experiments.ensembles.ensemble_plan import AIDED, LONG_CHUNK, TruthCache, make_plan, with_runs
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
-from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers
+from sinssim.experiments.ensembles.ensemble_summary import ensemble_numbers
 from sinssim.experiments.ensembles.ensemble_verdicts import Looks, check_kept
 from sinssim.experiments.experiment_directory import Experiment
 from sinssim.experiments.workload import Executor, Threads, check_workers, whole_number, work_through

@@ -341,7 +341,7 @@ def _budget_value(result: BudgetResult, quantity: Quantity, course: Array) -> fl
 
 def of_ensemble(study: TradeStudy, result: EnsembleResult) -> CellNumbers:
     """Return the numbers that `sinssim ensemble` gives, bit for bit; its epochs have the study's instants."""
-    from sinssim.experiments.ensembles.ensemble_statistics import band, circles, square_numbers
+    from sinssim.experiments.ensembles.ensemble_summary import band, circles, square_numbers
     from sinssim.experiments.ensembles.ensemble_verdicts import estimate, judge
     from sinssim.statistics.circular_error import to_nmi_h
 

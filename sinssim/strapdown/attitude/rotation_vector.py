@@ -60,7 +60,14 @@ from sinssim.data import Array
 from sinssim.jit import inline
 from sinssim.rotation.quaternions import cross_k, rotation_series_k
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
-from sinssim.strapdown.coning_sculling import BodyTurn, bracket_k, velocity_increment_k
+from sinssim.strapdown.coning_sculling import (
+    COEFFICIENTS,
+    EDGE,
+    PREVIOUS_COEFFICIENT,
+    BodyTurn,
+    bracket_k,
+    velocity_increment_k,
+)
 
 __all__ = ["COEFFICIENTS", "EDGE", "dcm_k", "quaternion_k", "start_k", "step_k", "turn_k"]
 
@@ -68,25 +75,6 @@ SAMPLES = 1
 """Samples of one update, 1…4."""
 PREVIOUS = False
 """Whether the previous sample is used, too (with one sample)."""
-
-COEFFICIENTS = (
-    (0.0, 0.0, 0.0),
-    (2 / 3, 0.0, 0.0),  # Ignagni 1990
-    (27 / 40, 9 / 20, 0.0),  # Miller 1983
-    (214 / 315, 46 / 105, 54 / 105),  # Ignagni 1996: (214, 92, 54)/105 over 3, 2 and 1 pairs
-)
-"""K_s of a pair of samples at distance s = 1, 2, 3, one row for each number of samples."""
-
-PREVIOUS_COEFFICIENT = 1 / 12  # Ignagni 1990, Savage 1998: φ = Δθ + Δθ₋₁ × Δθ/12
-
-EDGE = (
-    (1.0, 0.0, 0.0, 0.0),
-    (3.0, -1.0, 0.0, 0.0),
-    (11 / 2, -7 / 2, 1.0, 0.0),
-    (25 / 3, -23 / 3, 13 / 3, -1.0),
-)
-"""Weights of the samples, first to last, that give the update's length times the specific force at its start, from the
-polynomial whose integrals over the samples are the increments; in reverse order, at its end."""
 
 
 @inline

@@ -225,8 +225,8 @@ def test_ensemble(sinssim: Sinssim, put: Put) -> None:
     found = put("experiments.ensembles.ensemble_run.ensemble", result)
     named = [SimpleNamespace(rank=rank, run=run) for rank, run in (("worst", 7), ("worst 2", 8), ("best", 5))]
     numbers = SimpleNamespace(named_runs=named)
-    put("experiments.ensembles.ensemble_statistics.ensemble_numbers", numbers)
-    put("experiments.ensembles.ensemble_statistics.summary_of", {**SUMMARY, "unknown": float("nan")})
+    put("experiments.ensembles.ensemble_summary.ensemble_numbers", numbers)
+    put("experiments.ensembles.ensemble_summary.summary_of", {**SUMMARY, "unknown": float("nan")})
     whole = put("experiments.ensembles.ensemble_exhibits.exhibits_of", "exhibits")
     sheet = put("experiments.ensembles.ensemble_exhibits.sheet_of", "sheet")
     shown = put("recording.console.show")

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.experiments.ensembles.ensemble_statistics import (
+from sinssim.experiments.ensembles.ensemble_summary import (
     Circles,
     Component,
     Consistency,

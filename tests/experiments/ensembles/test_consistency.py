@@ -16,7 +16,7 @@ from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, empty
 from sinssim.experiments.ensembles.ensemble_plan import Plan, make_plan
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult, MeanSquare, _with_common
 from sinssim.experiments.ensembles.ensemble_run import EnsembleMedia
-from sinssim.experiments.ensembles.ensemble_statistics import consistency, consistency_sentences, ensemble_numbers
+from sinssim.experiments.ensembles.ensemble_summary import consistency, consistency_sentences, ensemble_numbers
 from sinssim.recording.console import show
 from sinssim.recording.page import page_of
 from sinssim.statistics.chi_square import extreme, mean_square_band

@@ -19,7 +19,7 @@ from sinssim.experiments.ensembles.ensemble_exhibits import (
 )
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
 from sinssim.experiments.ensembles.ensemble_run import EnsembleMedia
-from sinssim.experiments.ensembles.ensemble_statistics import ensemble_numbers
+from sinssim.experiments.ensembles.ensemble_summary import ensemble_numbers
 from sinssim.recording.page import page_of
 from sinssim.statistics.percentiles import Percentile
 from tests.experiments.ensembles.examples import AIDED, scenario

@@ -14,7 +14,7 @@ import pytest
 from sinssim.exhibits import Sentence
 from sinssim.experiments.ensembles import ensemble_exhibits as ensemble
 from sinssim.experiments.ensembles import ensemble_exhibits as files
-from sinssim.experiments.ensembles.ensemble_statistics import DEFINITIONS, Component, Regulation
+from sinssim.experiments.ensembles.ensemble_summary import DEFINITIONS, Component, Regulation
 from sinssim.recording.console import show
 from sinssim.recording.page import page_of
 from sinssim.recording.rerun_exhibits import markdown, record_chart, record_cloud

@@ -12,7 +12,7 @@ import sinssim
 from sinssim.experiments.ensembles.ensemble_plan import make_plan
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
 from sinssim.experiments.ensembles.ensemble_run import EnsembleMedia
-from sinssim.experiments.ensembles.ensemble_statistics import summary_of
+from sinssim.experiments.ensembles.ensemble_summary import summary_of
 from sinssim.experiments.ensembles.ensemble_verdicts import LOOKS, Looks, check_kept, judge, looks_of
 from sinssim.statistics.requirements import parse_requirement, parse_requirements
 from tests.experiments.ensembles.examples import scenario

@@ -33,7 +33,7 @@ from sinssim.experiments.ensembles.ensemble_plan import (
     truth_key,
     with_runs,
 )
-from sinssim.experiments.ensembles.ensemble_statistics import predicted_sigma
+from sinssim.experiments.ensembles.ensemble_summary import predicted_sigma
 from sinssim.experiments.ensembles.ensemble_verdicts import check_kept
 from sinssim.scenario.schema import Scenario
 from sinssim.statistics.requirements import parse_requirements

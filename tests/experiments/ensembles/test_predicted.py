@@ -7,7 +7,7 @@ import pytest
 
 import sinssim
 from sinssim.experiments.ensembles.ensemble_plan import make_plan, with_runs
-from sinssim.experiments.ensembles.ensemble_statistics import predicted_sigma
+from sinssim.experiments.ensembles.ensemble_summary import predicted_sigma
 from tests.experiments.ensembles.examples import AIDED, scenario
 from tests.slow import slow
 

@@ -11,7 +11,7 @@ import sinssim
 from sinssim.experiments.ensembles import ensemble_run
 from sinssim.experiments.ensembles.ensemble_plan import make_plan
 from sinssim.experiments.ensembles.ensemble_run import memory_needed
-from sinssim.experiments.ensembles.ensemble_statistics import summary_of
+from sinssim.experiments.ensembles.ensemble_summary import summary_of
 from sinssim.statistics import r95
 from tests.experiments.ensembles import examples
 from tests.experiments.ensembles.examples import files

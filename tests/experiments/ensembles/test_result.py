@@ -13,7 +13,7 @@ from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, bytes_of, 
 from sinssim.experiments.ensembles.ensemble_plan import make_plan
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
 from sinssim.experiments.ensembles.ensemble_run import EnsembleMedia
-from sinssim.experiments.ensembles.ensemble_statistics import part_121, summary_of
+from sinssim.experiments.ensembles.ensemble_summary import part_121, summary_of
 from tests.experiments.ensembles.examples import scenario
 
 NMI_H = 1852.0 / 3600.0

@@ -25,7 +25,7 @@ from sinssim.experiments.ensembles.ensemble_errors import (
 from sinssim.experiments.ensembles.ensemble_plan import make_plan
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
 from sinssim.experiments.ensembles.ensemble_run import EnsembleMedia
-from sinssim.experiments.ensembles.ensemble_statistics import summary_of
+from sinssim.experiments.ensembles.ensemble_summary import summary_of
 from sinssim.experiments.ensembles.ensemble_verdicts import judge
 from sinssim.statistics.requirements import parse_requirements
 from tests.experiments.ensembles.examples import AIDED, PARKED, scenario

@@ -17,7 +17,7 @@ from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, empty
 from sinssim.experiments.ensembles.ensemble_plan import Plan, make_plan
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
 from sinssim.experiments.ensembles.ensemble_run import EnsembleMedia
-from sinssim.experiments.ensembles.ensemble_statistics import DEFINITIONS, ensemble_numbers, part_121, summary_of
+from sinssim.experiments.ensembles.ensemble_summary import DEFINITIONS, ensemble_numbers, part_121, summary_of
 from sinssim.experiments.ensembles.ensemble_verdicts import judge
 from sinssim.statistics import circle_radius
 from sinssim.statistics.requirements import parse_requirement

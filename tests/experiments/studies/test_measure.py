@@ -13,7 +13,7 @@ import pytest
 from sinssim.experiments.ensembles.ensemble_errors import RunErrors
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
 from sinssim.experiments.ensembles.ensemble_run import EnsembleMedia
-from sinssim.experiments.ensembles.ensemble_statistics import Circles
+from sinssim.experiments.ensembles.ensemble_summary import Circles
 from sinssim.experiments.ensembles.ensemble_verdicts import Estimate, estimate
 from sinssim.experiments.studies.trade_cells import of_budget, of_ensemble
 from sinssim.statistics.percentiles import Percentile, percentile
@@ -116,7 +116,7 @@ def test_every_number_of_an_ensemble(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
     line = {1.0: Circles(band(1.0, 2.0, 3.0), band(4.0, 5.0, 6.0))}
     squares = {"of all": SimpleNamespace(mean=1.25, share_in_band=0.75)}
-    statistics = "sinssim.experiments.ensembles.ensemble_statistics"
+    statistics = "sinssim.experiments.ensembles.ensemble_summary"
     monkeypatch.setattr(EnsembleResult, "mean_rates", np.array([1852.0 / 3600.0]))
     monkeypatch.setattr(EnsembleResult, "nees", {"all": "of all", "other": "of one"})
     monkeypatch.setattr(f"{statistics}.circles", lambda rates: line[round(float(rates[0]), 9)])
