@@ -1,8 +1,4 @@
-"""The alignment of one session with its expected errors: numbers, exhibits and files.
-
-It shows the angles with their errors by source, the session, and how long one should last, and writes numbers as JSON,
-the recording, and the figure of the expected errors.
-"""
+"""The alignment of one session with its expected errors: numbers, exhibits and files."""
 
 from __future__ import annotations
 
@@ -10,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,12 +32,10 @@ from sinssim.data import Array, ImuData, html_table, short_repr
 from sinssim.errors import InputError
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table
 from sinssim.recording.result import Media, Result, write_shown
-from sinssim.recording.streams import Stream
+from sinssim.recording.streams import Stream, imu_stream
 from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.units import ANGLE_SCALE, ARCMIN, ARCSEC, DEG, DEG_H, capital, fixed, suiting
-
-if TYPE_CHECKING:
-    from sinssim.sensors.imu.imu_section import Imu
 
 
 @short_repr
@@ -442,8 +436,6 @@ class AlignmentMedia(Media[AlignmentResult]):
         return to_json(result)
 
     def streams(self, result: AlignmentResult) -> Iterator[Stream]:
-        from sinssim.recording.streams import imu_stream
-
         yield imu_stream("measured", result.imu)
 
     def exhibits(self, result: AlignmentResult) -> Exhibits:

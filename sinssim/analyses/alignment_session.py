@@ -17,8 +17,13 @@ from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
 from sinssim.logs.imu_samples import SUFFIXES, read_log, slow
 from sinssim.progress import Progress, shown
+from sinssim.rotation import shown_heading
 from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.schema import Scenario
+from sinssim.sensors.imu.emulation import emulate
+from sinssim.sensors.imu.grades import find_grade
+from sinssim.sensors.imu.imu_section import Imu, draw
+from sinssim.sensors.imu.size_effect import rectified
 from sinssim.system.files import check_directory
 from sinssim.units import DEG
 
@@ -114,9 +119,6 @@ def _align_scenario(
     """Align the session of a scenario; its true angles are those at its end, or else in its middle."""
     from sinssim import rotation
     from sinssim.scenario.true_motion import fly
-    from sinssim.sensors.imu.emulation import emulate
-    from sinssim.sensors.imu.imu_section import draw
-    from sinssim.sensors.imu.size_effect import rectified
 
     scenario = as_scenario(source, settings)
     if scenario.imu.rotation is not None:
@@ -140,7 +142,6 @@ def _align_scenario(
 
 def _in_range(report: AlignmentResult, choice: str | None) -> AlignmentResult:
     """Return the alignment with its headings in the range that the scenario requests."""
-    from sinssim.rotation import shown_heading
 
     def heading(value: Array) -> Array:
         return value if np.isnan(value) else np.asarray(shown_heading(choice, value[None])[0])
@@ -164,9 +165,6 @@ def _align_log(
     span: tuple[float | None, float | None],
     solve: Callable[..., AlignmentResult],
 ) -> AlignmentResult:
-    from sinssim.sensors.imu.grades import find_grade
-    from sinssim.sensors.imu.imu_section import Imu
-
     sensors = None
     if grade is not None:
         find_grade(grade)  # its message names the grades

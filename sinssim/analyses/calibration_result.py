@@ -1,10 +1,4 @@
-"""The result of a calibration, with its exhibits and files.
-
-It shows the parameters with their errors, what the sequence determines, and the residuals.
-
-Its directory has the numbers as JSON, the report, the scenario, and the compensation file: a table [compensation] with
-values and 1σ.
-"""
+"""The result of a calibration, with its exhibits and files."""
 
 from __future__ import annotations
 

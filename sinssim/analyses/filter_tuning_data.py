@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,7 +21,9 @@ from sinssim.estimation.linear_replay import LinearPass, densities_of
 from sinssim.estimation.state_model import ErrorModel
 from sinssim.logs.log_files import recorded_errors
 from sinssim.logs.recorded_log import gnss_readings
+from sinssim.scenario import Scenario
 from sinssim.scenario.filter_model import filter_model, with_states
+from sinssim.scenario.filter_section import FilterSection
 from sinssim.scenario.load import scenario_of_text
 from sinssim.scenario.true_motion import fly
 from sinssim.sensors.aiding.land_vehicle import LandVehicle, angles_of
@@ -36,10 +38,6 @@ from sinssim.simulation.truth_and_sensors import RecordedMotion, sense, sense_re
 from sinssim.system.files import read_text
 from sinssim.truth.motion import attitude
 from sinssim.units import DEG, listed
-
-if TYPE_CHECKING:
-    from sinssim.scenario import Scenario
-    from sinssim.scenario.filter_section import FilterSection
 
 _MOST = (1e3, 100.0, 30.0, 10.0, 3.0, 1.1)
 """Largest noises over that to begin with, of which the first that is allowed holds."""

@@ -1,8 +1,4 @@
-"""The tuning of a filter: its numbers, and what it shows.
-
-It shows the keys with their intervals, what the data cannot tell, the held-out part, and the settings that apply the
-values.
-"""
+"""The tuning of a filter: its numbers, and what it shows."""
 
 from __future__ import annotations
 

@@ -17,6 +17,7 @@ from sinssim.progress import Progress, shown
 from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.tables import CalibrationSection
+from sinssim.scenario.true_motion import fly
 from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.sensors.imu.imu_section import draw
 from sinssim.system.files import check_directory
@@ -115,7 +116,6 @@ def _readings(scenario: Scenario, section: CalibrationSection) -> tuple[ImuData,
         raise InputError(
             "calibration.dwells_s is for recorded sensors ([log]); in a simulation the dwells are known: remove it."
         )
-    from sinssim.scenario.true_motion import fly
     from sinssim.sensors.imu.emulation import emulate
 
     shortest = min(end - begin for begin, end in table.dwells)

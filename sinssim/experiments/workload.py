@@ -14,15 +14,13 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from functools import partial
-from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
+from typing import Any, Generic, Self, TypeVar
 
 from sinssim.errors import InputError, shortened
 from sinssim.progress import Progress
+from sinssim.scenario import Scenario
 from sinssim.scenario.planned_limits import expected_duration
 from sinssim.units import duration_text
-
-if TYPE_CHECKING:
-    from sinssim.scenario import Scenario
 
 Task = TypeVar("Task")
 Part = Callable[[Any], None]

@@ -1,7 +1,4 @@
-"""Figures drawn by matplotlib: one style, and the charts of exhibits, which `plot()` returns.
-
-They are written as SVG, PNG or PDF.
-"""
+"""Figures drawn by matplotlib: one style, and the charts of exhibits, which `plot()` returns."""
 
 from __future__ import annotations
 

@@ -32,17 +32,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Vector:
-    """A group of related columns of a stream.
+    """A group of related columns of a stream."""
 
-    Attributes:
-        name: short name.
-        columns: name of each column, ending in its unit.
-        values: (N, len(columns)).
-    """
-
-    name: str
-    columns: tuple[str, ...]
-    values: Rows
+    name: str  # short name
+    columns: tuple[str, ...]  # name of each column, ending in its unit
+    values: Rows  # (N, len(columns))
 
 
 @dataclass(frozen=True)

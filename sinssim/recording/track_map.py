@@ -71,21 +71,13 @@ NOTE = (
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """What a filter states about the horizontal position of its solution, or a budget about all of its runs.
+    """What a filter states about the horizontal position of its solution, or a budget about all of its runs."""
 
-    Attributes:
-        track: name of the track that it is about.
-        time: (M,) s.
-        covariance: of north and east, (M, 2, 2) m².
-        mean: distance of the middle from the track, north and east, (M, 2) m; None for none.
-        whose: who states it.
-    """
-
-    track: str
-    time: Array
-    covariance: Array
-    mean: Array | None = None
-    whose: str = "by the filter"
+    track: str  # name of the track that it is about
+    time: Array  # (M,) s
+    covariance: Array  # of north and east, (M, 2, 2) m²
+    mean: Array | None = None  # distance of the middle from the track, north and east, (M, 2) m; None for none
+    whose: str = "by the filter"  # who states it
 
     def ellipses(self, east: Array, north: Array, time: Array, instants: Array) -> Ellipses:
         """Return the ellipses that contain 95 % of a normal distribution, about a track on the map, (N,) m and s, drawn
@@ -110,20 +102,14 @@ class Places(Protocol):
 @short_repr
 @dataclass(frozen=True, eq=False)
 class Track:
-    """A track of a map, thinned to the points that it shows.
+    """A track of a map, thinned to the points that it shows."""
 
-    Attributes:
-        name: in the legend.
-        time: (N,) s.
-        latitude, longitude: (N,) rad.
-        color: its colour.
-    """
-
-    name: str
-    time: Array
+    name: str  # in the legend
+    time: Array  # (N,) s
+    # (N,) rad
     latitude: Array
     longitude: Array
-    color: Color = ""
+    color: Color = ""  # its colour
 
     @classmethod
     def of(cls, name: str, time: Array, places: Places, color: Color = "") -> Track:

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,11 +35,8 @@ from sinssim.analyses.error_budget.source_propagation import NavigationStep, Pro
 from sinssim.data import Array, ImuData, NavState
 from sinssim.earth import radii
 from sinssim.estimation.linearisation import rows_of
+from sinssim.scenario import Scenario
 from sinssim.sensors.measurement_kind import CORE, PHI, R, V, skew
-
-if TYPE_CHECKING:
-    from sinssim.scenario import Scenario
-
 
 _STEPS = np.repeat((1e-9, 1e-5), 3)
 """Steps of the differences, rad/s and m/s²: small against the Earth's rate and gravity, far above rounding."""

@@ -1,8 +1,4 @@
-"""Exhibits and files of a covariance budget.
-
-It shows errors over time, shares and ranking of the sources, and requirements, and writes numbers as JSON and Parquet,
-the report, and the recording.
-"""
+"""Exhibits and files of a covariance budget."""
 
 from __future__ import annotations
 

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -53,24 +52,21 @@ from sinssim.data import Array, ImuData, NavSolution
 from sinssim.errors import InputError
 from sinssim.progress import Progress, shown
 from sinssim.recording.track_map import Track
+from sinssim.scenario import Scenario
 from sinssim.scenario.load import Overrides, as_scenario
+from sinssim.scenario.navigation_section import InitialErrorSection, initial_state_with_errors
 from sinssim.scenario.planned_limits import check_times
 from sinssim.scenario.true_motion import block_of, fly
 from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.imu.emulation import digital
-from sinssim.statistics.requirements import parse_requirements
+from sinssim.sensors.sensor_set_readings import draw_true_errors, read
+from sinssim.simulation.truth_and_sensors import Truth, truth_along
+from sinssim.statistics.requirements import Requirement, parse_requirements
 from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.system.files import check_directory
 from sinssim.truth.flight.guidance import AIDED
+from sinssim.truth.trajectory import Trajectory
 from sinssim.truth.true_gravity_disturbance import Disturbed
-
-if TYPE_CHECKING:
-    from sinssim.scenario import Scenario
-    from sinssim.scenario.navigation_section import InitialErrorSection
-    from sinssim.simulation.truth_and_sensors import Truth
-    from sinssim.statistics.requirements import Requirement
-    from sinssim.truth.trajectory import Trajectory
-
 
 _OTHER_SETS = {
     "accelerometers": "its angular rate comes from differences of accelerometers, which it integrates once more than "
@@ -227,7 +223,6 @@ def _budget(
     kind = check_kind(scenario, solution)
     check_times(scenario)
     from sinssim.simulation.guided_passes import closed_loop, is_guided
-    from sinssim.simulation.truth_and_sensors import truth_along
 
     if scenario.filter is not None:
         from sinssim.scenario.filter_model import with_states
@@ -312,8 +307,6 @@ def _instants(edges: Array, times: Iterable[float], epochs: int = EPOCHS + 1) ->
 
 def _given_start(scenario: Scenario, trajectory: Trajectory) -> Array:
     """Return the errors at the start by the given initial errors alone, (9,)."""
-    from sinssim.scenario.navigation_section import initial_state_with_errors
-
     section: InitialErrorSection = scenario.navigation.initial_error
     given = section.model_copy(update={name: 0.0 for name, _ in section if "sigma" in name})
     start = trajectory.state(np.array([trajectory.start]))
@@ -417,8 +410,6 @@ def _with_algorithm(result: BudgetResult, error: Array) -> BudgetResult:
 
 def _sensed(scenario: Scenario, ideal: ImuData, trajectory: Trajectory) -> ImuData:
     """Return the readings of the scenario's own run, from which its filter judges whether the vehicle stands still."""
-    from sinssim.sensors.sensor_set_readings import draw_true_errors, read
-
     errors = draw_true_errors(scenario.imu, scenario.seed, scenario.compensation)
     readings = read(trajectory, ideal, scenario.imu, scenario.seed, errors)[1]
     return readings.compensated or readings.imu

@@ -28,11 +28,11 @@ from sinssim.sensors.imu.rotation_encoder import EncoderErrors, draw_encoders, e
 from sinssim.sensors.redundant_set_errors import axes_of_values, spread
 from sinssim.sensors.sensor_set_section import Redundant, estimator
 from sinssim.truth.motions.imu_rotation import TurningBlock
+from sinssim.truth.trajectory import Trajectory
 from sinssim.units import ARCMIN, ARCSEC, DEG_H, PPM
 
 if TYPE_CHECKING:
     from sinssim.scenario import Scenario
-    from sinssim.truth.trajectory import Trajectory
 
 
 Kind = Literal["random", "given", "one run"]

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,9 +35,11 @@ from sinssim.analyses.error_budget.source_propagation import AlongWay, GaussMark
 from sinssim.data import Array, ImuData, NavState
 from sinssim.errors import InputError
 from sinssim.estimation.error_dynamics import NominalMotion
+from sinssim.scenario import Scenario
 from sinssim.scenario.navigation_section import InitialErrorSection
 from sinssim.scenario.true_motion import unknown_field
-from sinssim.sensors.imu.emulation import perfect_increments
+from sinssim.sensors.imu.compensation import compensate
+from sinssim.sensors.imu.emulation import emulate, perfect_increments
 from sinssim.sensors.imu.error_term_table import FIELDS, TERMS
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
@@ -45,12 +47,9 @@ from sinssim.sensors.measurement_kind import CORE
 from sinssim.sensors.sensor_set_section import Redundant, along
 from sinssim.simulation.navigation_stage import solve
 from sinssim.simulation.truth_and_sensors import Truth
+from sinssim.truth.trajectory import Trajectory
 from sinssim.truth.true_gravity_disturbance import Disturbed
 from sinssim.units import ARCSEC, MGAL
-
-if TYPE_CHECKING:
-    from sinssim.scenario import Scenario
-    from sinssim.truth.trajectory import Trajectory
 
 _BIASES = [Column(triad, axis, axis, axis, FIELDS["bias"]) for triad in (0, 1) for axis in np.eye(3)]
 
@@ -252,9 +251,6 @@ def step_effects(
 
 def given_readings(scenario: Scenario, ideal: ImuData) -> tuple[list[Source], Array, Array]:
     """Return reading errors of one run: the sources, and their series of rad and m/s, (s, N, 3) each."""
-    from sinssim.sensors.imu.compensation import compensate
-    from sinssim.sensors.imu.emulation import emulate
-
     block = scenario.imu.with_triads(TriadErrors(), TriadErrors())
     limits = {
         term.triad: TriadErrors(limit=float(scenario.imu.stated(term)[0])) for term in TERMS if term.field == "limit"

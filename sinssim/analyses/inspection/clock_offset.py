@@ -164,15 +164,10 @@ _LEAST = 0.02
 
 @dataclass(frozen=True)
 class Drift:
-    """The drift of the unit's clock.
+    """The drift of the unit's clock."""
 
-    Attributes:
-        value: relative to the clock of the fixes, s/s; positive if the unit's clock runs fast.
-        sigma: 1σ, s/s.
-    """
-
-    value: float
-    sigma: float
+    value: float  # relative to the clock of the fixes, s/s; positive if the unit's clock runs fast
+    sigma: float  # 1σ, s/s
 
 
 def even_times(time: Array, drift: float) -> Array:

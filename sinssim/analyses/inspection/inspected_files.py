@@ -1,7 +1,4 @@
-"""Inspects files of any known format, and text files whose columns nobody has described: `inspect`.
-
-`suggest` makes a scenario of recorded files in one step: what `sinssim run imu.csv gnss.pos` runs.
-"""
+"""Inspects files of any known format, and text files whose columns nobody has described."""
 
 from __future__ import annotations
 
@@ -9,7 +6,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -39,11 +36,8 @@ from sinssim.logs.log_settings import LogFile, LogReference
 from sinssim.logs.recorded_log import quality_factor
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
 from sinssim.progress import Progress, silent
+from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.true_motion import mounting
-
-if TYPE_CHECKING:
-    from sinssim.scenario import Scenario
-
 
 _Stream = TypeVar("_Stream", InertialStream, FixStream, SolutionStream)
 
@@ -197,8 +191,6 @@ def _with_fixes(files: list[Streams]) -> list[Streams]:
 
 def _described(path: Path) -> tuple[Scenario, list[Streams], Described]:
     """Return a scenario with [log], the streams that it describes, without refused fixes, and what else it says."""
-    from sinssim.scenario import load_scenario
-
     scenario = load_scenario(str(path))
     log = scenario.log
     if log is None:

@@ -1,7 +1,4 @@
-"""Quiet spans of an inertial log, and what the sensors read there: gravity, the Earth's rate, noise.
-
-The fixes show whether the vehicle moves.
-"""
+"""Quiet spans of an inertial log, and what the sensors read there: gravity, the Earth's rate, noise."""
 
 from __future__ import annotations
 

@@ -1,13 +1,10 @@
-"""Measures and navigates many inertial runs of one motion at once, where a batch supports the scenario's options.
-
-The same bits as run by run.
-"""
+"""Measures and navigates many inertial runs of one motion at once, where a batch supports the scenario's options."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Unpack
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,9 +15,10 @@ from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.gravity import gravity_number, parameters
 from sinssim.errors import InputError, RunError, check_name
 from sinssim.experiments.ensembles import batch_layout
-from sinssim.experiments.ensembles.batch_kernel import engine
+from sinssim.experiments.ensembles.batch_kernel import engine, variables_of
 from sinssim.experiments.ensembles.ensemble_errors import OnRun, RunErrors, check_finite, rows_at, store_errors
-from sinssim.experiments.ensembles.ensemble_plan import truth_key
+from sinssim.experiments.ensembles.ensemble_plan import Member, Plan, TruthCache, truth_key
+from sinssim.scenario import Scenario
 from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.scenario.navigation_section import initial_state_with_errors
 from sinssim.sensors.aiding.air_data import Barometer
@@ -31,8 +29,10 @@ from sinssim.sensors.sensor_set_readings import draw_true_errors
 from sinssim.sensors.sensor_set_section import Gyros
 from sinssim.simulation.navigation_stage import by_one
 from sinssim.simulation.total_system_error import has_path
+from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.statistics.random_numbers import key
 from sinssim.strapdown.coning_sculling import WINDOW, is_uniform, weight_table
+from sinssim.strapdown.engine_assembly import algorithm_file
 from sinssim.strapdown.frames.navigation_problem import Increments
 from sinssim.strapdown.frames.vertical_channel import NUMBERS, Channel, height_reference
 from sinssim.strapdown.mechanization import Mechanization, Options, chosen
@@ -40,21 +40,12 @@ from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import axes_along, navigation_error
 from sinssim.system.process import thread_pool
 
-if TYPE_CHECKING:
-    from sinssim.experiments.ensembles.ensemble_plan import Member, Plan, TruthCache
-    from sinssim.scenario import Scenario
-    from sinssim.simulation.truth_and_sensors import Truth
-
-
 FRAME = "level"
 """The frame that the batch serves."""
 
 
 def why_algorithm_unsupported(algorithm: str) -> str | None:
     """Return why the batch does not support an attitude algorithm, as a clause; None if it does."""
-    from sinssim.experiments.ensembles.batch_kernel import variables_of
-    from sinssim.strapdown.engine_assembly import algorithm_file
-
     if not REGISTRY[algorithm].sample_by_sample:
         return f"{algorithm} advances by several samples at once"
     if hasattr(algorithm_file(algorithm), "turn_k"):
@@ -107,25 +98,18 @@ def why_unsupported(scenario: Scenario) -> str | None:
 
 @dataclass(frozen=True)
 class BatchSolution:
-    """Solutions of R runs at E epochs. The first axis is the run.
+    """Solutions of R runs at E epochs. The first axis is the run."""
 
-    Attributes:
-        time: times of the epochs, (E,) s.
-        latitude, longitude: (R, E) rad.
-        height: (R, E) m.
-        velocity_ned: (R, E, 3) m/s.
-        q_nb: attitude quaternion, (R, E, 4); of a direction cosine matrix, either of the two quaternions.
-        failures: the errors of the runs that failed, by run number; the rows of those are NaN.
-        alone: numbers of the runs that left the range of the batch's kernel and were navigated one by one.
-    """
-
-    time: Array
+    time: Array  # times of the epochs, (E,) s
+    # (R, E) rad
     latitude: Array
     longitude: Array
-    height: Array
-    velocity_ned: Array
-    q_nb: Array
+    height: Array  # (R, E) m
+    velocity_ned: Array  # (R, E, 3) m/s
+    q_nb: Array  # attitude quaternion, (R, E, 4); of a direction cosine matrix, either of the two quaternions
+    # the errors of the runs that failed, by run number; the rows of those are NaN
     failures: dict[int, RunError] = field(default_factory=dict)
+    # numbers of the runs that left the range of the batch's kernel and were navigated one by one
     alone: tuple[int, ...] = ()
 
     def state(self, run: int) -> NavState:

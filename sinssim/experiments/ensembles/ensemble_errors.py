@@ -54,27 +54,17 @@ class KeptErrors:
     """Errors of R runs at K epochs, in memory or in a file.
 
     A value is NaN where a run failed, has ended, or its filter has not begun.
-
-    Attributes:
-        number: numbers of the runs, (R,).
-        seed: their seeds, (R,).
-        end: end of each run, s, (R,).
-        failure: why a run failed, R texts, "" for a run that did not.
-        values: values of the varied keys by key, (R,) each.
-        final: the errors at each run's own end, (R, 9), in the order of `COMPONENTS`.
-        blocks: blocks of a filter's states; none without a filter.
-        sensors: its aiding sensors.
-        path: columns by the planned path of a flight, see `sinssim.simulation.total_system_error.path_columns`.
     """
 
-    number: NDArray[np.int64]
-    seed: NDArray[np.int64]
-    end: Array
-    failure: list[str]
-    values: dict[str, Array]
-    final: Array
-    blocks: tuple[str, ...]
-    sensors: tuple[str, ...]
+    number: NDArray[np.int64]  # numbers of the runs, (R,)
+    seed: NDArray[np.int64]  # their seeds, (R,)
+    end: Array  # end of each run, s, (R,)
+    failure: list[str]  # why a run failed, R texts, "" for a run that did not
+    values: dict[str, Array]  # values of the varied keys by key, (R,) each
+    final: Array  # the errors at each run's own end, (R, 9), in the order of `COMPONENTS`
+    blocks: tuple[str, ...]  # blocks of a filter's states; none without a filter
+    sensors: tuple[str, ...]  # its aiding sensors
+    # columns by the planned path of a flight, see `sinssim.simulation.total_system_error.path_columns`
     path: tuple[str, ...] = field(default=(), kw_only=True)
 
     @cached_property

@@ -32,8 +32,9 @@ from typing import IO, TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.data import Array
+from sinssim.data import Array, NavSolution
 from sinssim.errors import InputError, RunError, SinssimError
+from sinssim.estimation import Estimate
 from sinssim.experiments.ensembles.batch_navigation import compute_as_batch, why_not_batch
 from sinssim.experiments.ensembles.ensemble_directory import write_chunk
 from sinssim.experiments.ensembles.ensemble_errors import (
@@ -47,16 +48,13 @@ from sinssim.experiments.ensembles.ensemble_errors import (
 )
 from sinssim.experiments.ensembles.ensemble_plan import ALL, Member, Plan, TruthCache, member, motions_differ
 from sinssim.experiments.workload import Abandoned, Executor, Part, Threads, WorkerDiedError
+from sinssim.scenario import Scenario
 from sinssim.simulation.navigation_stage import by_one, navigate
 from sinssim.simulation.total_system_error import path_values
-from sinssim.simulation.truth_and_sensors import Truth, sense
+from sinssim.simulation.truth_and_sensors import Sensed, Truth, sense
 from sinssim.statistics.requirements import MISS
 
 if TYPE_CHECKING:
-    from sinssim.data import NavSolution
-    from sinssim.estimation import Estimate
-    from sinssim.scenario import Scenario
-    from sinssim.simulation.truth_and_sensors import Sensed
     from sinssim.simulation.truth_comparison import Aided
 
 

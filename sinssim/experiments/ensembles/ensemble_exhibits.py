@@ -1,14 +1,11 @@
-"""What an ensemble has to show, and the files that it writes.
-
-Growth of CEP and R95, final positions, rates, σ by component, consistency.
-"""
+"""What an ensemble has to show, and the files that it writes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +14,7 @@ from sinssim.charts import Axis, Band, Chart, Charts, Cloud, Dots, Histogram, Li
 from sinssim.data import Array
 from sinssim.exhibits import Column, Exhibits, Interactive, Item, Section, Sentence, Table, Verbatim, definitions
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, VECTORS
-from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
+from sinssim.experiments.ensembles.ensemble_result import EnsembleResult, MeanSquare
 from sinssim.experiments.ensembles.ensemble_summary import (
     DEFINITIONS,
     PART_121_HOURS,
@@ -55,10 +52,6 @@ from sinssim.units import (
     suiting,
     with_band,
 )
-
-if TYPE_CHECKING:
-    from sinssim.experiments.ensembles.ensemble_result import MeanSquare
-
 
 _DOTS = 5000
 """Most runs drawn as dots."""

@@ -1,8 +1,4 @@
-"""The plan of an ensemble.
-
-Seeds, varied keys and scenarios of its runs, what they have in common (the true motion and its ideal increments), and
-what is kept of each.
-"""
+"""The plan of an ensemble: seeds, varied keys and scenarios of its runs, and what they have in common."""
 
 from __future__ import annotations
 
@@ -11,9 +7,10 @@ import json
 import math
 import threading
 from collections import OrderedDict
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +19,7 @@ from sinssim.data import Array, ImuData, short_repr
 from sinssim.errors import InputError
 from sinssim.experiments.ensembles.ensemble_errors import WITHIN
 from sinssim.filter_registry import SHIPPED
+from sinssim.scenario import Scenario
 from sinssim.scenario.ensemble_section import Choice, Normal, Uniform
 from sinssim.scenario.filter_model import with_first
 from sinssim.scenario.plan_summary import own_digests
@@ -29,14 +27,8 @@ from sinssim.simulation.foreign_navigator import check_programs
 from sinssim.simulation.guided_passes import closed_loop, is_guided
 from sinssim.simulation.total_system_error import check_path, path_columns
 from sinssim.simulation.truth_and_sensors import Truth, truth_along
+from sinssim.statistics.requirements import Requirement
 from sinssim.truth.motion import Motion
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from sinssim.scenario import Scenario
-    from sinssim.statistics.requirements import Requirement
-
 
 _SEED_BITS = 53
 """Bits of a run's seed: every JSON reader keeps them, and two of 10⁵ runs share a seed with a probability of 6e-7."""

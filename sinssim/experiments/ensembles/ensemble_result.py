@@ -6,42 +6,31 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.data import Array, html_table, short_repr
 from sinssim.errors import InputError
-from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, EVERYTHING, VECTORS, Errors
-from sinssim.experiments.ensembles.ensemble_plan import ALL, Member, member
+from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, EVERYTHING, VECTORS, Errors, write_tables
+from sinssim.experiments.ensembles.ensemble_plan import ALL, Member, Plan, member
 from sinssim.filter_registry import GRAVITY
 from sinssim.recording.result import Media, Result
 from sinssim.statistics.chi_square import Band, mean_square_band
 from sinssim.statistics.circular_error import mean_rate
 from sinssim.statistics.percentiles import CEP_SHARE, R95_SHARE, Percentile, Spread, percentile, spread
-
-if TYPE_CHECKING:
-    from sinssim.experiments.ensembles.ensemble_plan import Plan
-    from sinssim.statistics.requirements import Verdict
+from sinssim.statistics.requirements import Verdict
 
 
 @short_repr
 @dataclass(frozen=True)
 class MeanSquare:
-    """A mean normalised square over the runs, at the epochs.
+    """A mean normalised square over the runs, at the epochs."""
 
-    Attributes:
-        name: block of the filter's states, or aiding sensor.
-        value: mean per degree of freedom, (K,); 1 is expected; NaN at an epoch without one.
-        band: its χ² band for the number of runs, at each epoch.
-        freedom: degrees of freedom in all, (K,); fewer by what all runs have in common.
-    """
-
-    name: str
-    value: Array
-    band: Band
-    freedom: Array
+    name: str  # block of the filter's states, or aiding sensor
+    value: Array  # mean per degree of freedom, (K,); 1 is expected; NaN at an epoch without one
+    band: Band  # its χ² band for the number of runs, at each epoch
+    freedom: Array  # degrees of freedom in all, (K,); fewer by what all runs have in common
 
 
 @dataclass(eq=False, repr=False)
@@ -324,8 +313,6 @@ class EnsembleResult(Result):
         Raises:
             InputError: they cannot be written.
         """
-        from sinssim.experiments.ensembles.ensemble_errors import write_tables
-
         return write_tables(self.errors, self.time, self.mean_rates, self.end_rates, Path(folder))
 
 

@@ -1,7 +1,4 @@
-"""Runs an ensemble from end to end.
-
-Plan, check of memory and disk space, compute what is missing, report: `ensemble`.
-"""
+"""Runs an ensemble from end to end."""
 
 from __future__ import annotations
 
@@ -12,7 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from sinssim.errors import InputError, RunError
 from sinssim.exhibits import Exhibits
@@ -20,7 +17,7 @@ from sinssim.experiments.ensembles.ensemble_directory import EnsembleDirectory, 
 from sinssim.experiments.ensembles.ensemble_errors import AT_ONCE, IN_MEMORY, bytes_of
 from sinssim.experiments.ensembles.ensemble_execution import Cluster, Group, Processes, make_chunk
 from sinssim.experiments.ensembles.ensemble_exhibits import exhibits_of, to_json, write_ensemble
-from sinssim.experiments.ensembles.ensemble_plan import AIDED, LONG_CHUNK, TruthCache, make_plan, with_runs
+from sinssim.experiments.ensembles.ensemble_plan import AIDED, LONG_CHUNK, Plan, TruthCache, make_plan, with_runs
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult
 from sinssim.experiments.ensembles.ensemble_summary import ensemble_numbers
 from sinssim.experiments.ensembles.ensemble_verdicts import Looks, check_kept
@@ -29,19 +26,14 @@ from sinssim.experiments.workload import Executor, Threads, check_workers, whole
 from sinssim.progress import Progress, shown
 from sinssim.recording.result import Media
 from sinssim.recording.streams import Stream, Vector
+from sinssim.scenario import Scenario
 from sinssim.scenario.ensemble_section import MOST_RUNS, EnsembleSection
 from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.planned_limits import warn_of_limits
 from sinssim.simulation.foreign_navigator import end_programs
-from sinssim.statistics.requirements import parse_requirements
+from sinssim.statistics.requirements import Requirement, parse_requirements
 from sinssim.system.process import give_back_memory, machine_memory
 from sinssim.units import duration_text, size_text
-
-if TYPE_CHECKING:
-    from sinssim.experiments.ensembles.ensemble_plan import Plan
-    from sinssim.scenario import Scenario
-    from sinssim.statistics.requirements import Requirement
-
 
 _SAMPLE_BYTES, _OF_MEMORY = 420.0, 0.7
 """Memory of a run in progress per sample, bytes, and the share of the machine's memory that may be used."""

@@ -1,7 +1,4 @@
-"""The numbers of an ensemble in the words of the field: circles, rates, components, consistency of a filter.
-
-`ensemble_numbers` computes them; `summary_of` renders them as the contents of `summary.json`.
-"""
+"""The numbers of an ensemble in the words of the field: circles, rates, components, consistency of a filter."""
 
 from __future__ import annotations
 
@@ -18,7 +15,9 @@ from sinssim.data import Array
 from sinssim.errors import SinssimError, SinssimWarning
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS
 from sinssim.experiments.ensembles.ensemble_execution import DIVERGED
+from sinssim.experiments.ensembles.ensemble_plan import Plan
 from sinssim.scenario.ensemble_section import EnsembleSection
+from sinssim.scenario.filter_model import hints
 from sinssim.scenario.plan_summary import own_files
 from sinssim.statistics.chi_square import extreme, share_inside
 from sinssim.statistics.circular_error import END, LINE, circle_radius, to_nmi_h
@@ -27,7 +26,6 @@ from sinssim.statistics.requirements import CONFIDENCE, Verdict
 from sinssim.units import number_text
 
 if TYPE_CHECKING:
-    from sinssim.experiments.ensembles.ensemble_plan import Plan
     from sinssim.experiments.ensembles.ensemble_result import EnsembleResult, MeanSquare
 
 
@@ -357,7 +355,6 @@ def consistency(result: EnsembleResult) -> Consistency | None:
     because the initial state may have been better than assumed. None without a filter, or if no run has a test.
     """
     from sinssim.estimation.consistency import FALSE_ALARM
-    from sinssim.scenario.filter_model import hints
 
     tests: list[tuple[Literal["ANEES", "NIS"], str, float | None, float, float]] = []
     for name, square in result.nees.items():

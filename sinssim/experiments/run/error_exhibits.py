@@ -1,7 +1,4 @@
-"""The errors of a run's solutions.
-
-Their table and plots, singular attitudes, and whether an aided solution is less accurate than an inertial one.
-"""
+"""The errors of a run's solutions: tables, plots, singular attitudes, verdicts on requirements."""
 
 from __future__ import annotations
 
@@ -20,12 +17,19 @@ from sinssim.earth.geodetic_coordinates import radii
 from sinssim.earth.gravity import gravity_ned
 from sinssim.errors import InputError, RunError
 from sinssim.exhibits import EVERYWHERE, Column, Item, Sentence, Table
-from sinssim.experiments.run.summary_types import ErrorNumbers, FailureNumbers, PassageNumbers, RequirementNumbers
+from sinssim.experiments.run.summary_types import (
+    ErrorNumbers,
+    FailureNumbers,
+    LogNumbers,
+    PassageNumbers,
+    RequirementNumbers,
+)
 from sinssim.recording import style
 from sinssim.recording.result import plain
+from sinssim.scenario import Scenario
 from sinssim.simulation.total_system_error import misses, path_column, path_values, pieces_of
 from sinssim.simulation.truth_and_sensors import Truth
-from sinssim.statistics.requirements import BY_PATH, CIRCLES, COMPONENTS, MISS, Verdict, first_exceeded
+from sinssim.statistics.requirements import BY_PATH, CIRCLES, COMPONENTS, MISS, Requirement, Verdict, first_exceeded
 from sinssim.strapdown.navigation_error import NavError, known_error_numbers_of
 from sinssim.units import (
     ANGLE_SCALE,
@@ -41,10 +45,7 @@ from sinssim.units import (
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.run_result import Reached, Run
-    from sinssim.experiments.run.summary_types import LogNumbers
-    from sinssim.scenario import Scenario
     from sinssim.simulation.truth_comparison import Aided
-    from sinssim.statistics.requirements import Requirement
 
 
 _KINDS = ("final", "rms", "max")

@@ -1,7 +1,4 @@
-"""What a filter has to show.
-
-Errors inside their bands, consistency, innovations, decisions of the gate, observability, estimated sensor errors.
-"""
+"""What a filter has to show."""
 
 from __future__ import annotations
 
@@ -16,6 +13,7 @@ from numpy.typing import NDArray
 
 from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Dots, Line, Mark, Rule, over
 from sinssim.data import Array, Computed
+from sinssim.estimation import Innovations
 from sinssim.estimation.state_model import FLICKER
 from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
 from sinssim.experiments.run.filter_remedies import what_to_try
@@ -27,7 +25,6 @@ from sinssim.recording.track_map import Spread
 from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, SPEED_SCALE, Scale, fixed, number_text, signed, suiting
 
 if TYPE_CHECKING:
-    from sinssim.estimation import Innovations
     from sinssim.simulation.truth_comparison import Aided
 
 

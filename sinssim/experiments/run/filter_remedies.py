@@ -1,7 +1,4 @@
-"""The diagnosis of a filter, in summary.json and in the report.
-
-Rejected measurements, likely causes in words, and the keys of a scenario that remove each.
-"""
+"""The diagnosis of a filter, in summary.json and in the report."""
 
 from __future__ import annotations
 
@@ -11,9 +8,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from sinssim import units
+from sinssim.estimation import Estimate
 from sinssim.estimation.consistency import FALSE_ALARM, consistency
 from sinssim.estimation.filter_diagnosis import refusals, size_of_innovations
-from sinssim.estimation.filter_result import Refusals
+from sinssim.estimation.filter_result import Diagnosis, Hypothesis, Refusals
 from sinssim.exhibits import Column, Item, Sentence, Table
 from sinssim.experiments.run.summary_types import DiagnosisNumbers, HypothesisNumbers, RefusedSpan
 from sinssim.logs.log_files import other_units
@@ -21,8 +19,6 @@ from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.units import listed, number_text
 
 if TYPE_CHECKING:
-    from sinssim.estimation import Estimate
-    from sinssim.estimation.filter_result import Diagnosis, Hypothesis
     from sinssim.scenario import Scenario
 
 

@@ -1,7 +1,4 @@
-"""The numbers of a filter for `summary.json`, and what they mean in sentences.
-
-Consistency, errors of the solutions, accepted, rejected and unused readings, faults, and the states with their 1σ.
-"""
+"""The numbers of a filter for `summary.json`, and what they mean in sentences."""
 
 from __future__ import annotations
 
@@ -14,7 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from sinssim import units
-from sinssim.estimation.consistency import MEANING
+from sinssim.estimation import Estimate, Innovations
+from sinssim.estimation.consistency import MEANING, ActualConsistency, ChiSquare
 from sinssim.estimation.state_model import FLICKER
 from sinssim.experiments.run.filter_remedies import diagnosis_numbers
 from sinssim.experiments.run.run_result import DrawnPath
@@ -31,19 +29,17 @@ from sinssim.experiments.run.summary_types import (
     StateNumbers,
     Test,
 )
+from sinssim.scenario import Scenario
 from sinssim.scenario.filter_model import hints
 from sinssim.scenario.notes import times_not_reached
 from sinssim.sensors.aiding.gnss import Gnss, Jump, Ramp
 from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.strapdown.navigation_error import error_numbers_of, known_error_numbers_of
+from sinssim.truth.trajectory import Trajectory
 from sinssim.units import listed, number_text
 
 if TYPE_CHECKING:
-    from sinssim.estimation import Estimate, Innovations
-    from sinssim.estimation.consistency import ActualConsistency, ChiSquare
-    from sinssim.scenario import Scenario
     from sinssim.simulation.truth_comparison import Aided
-    from sinssim.truth.trajectory import Trajectory
 
 
 BEFORE, AFTER, REJECTED = "before the start of the filter", "after the end of the filter", "rejected by the gate"

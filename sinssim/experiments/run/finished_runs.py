@@ -1,7 +1,4 @@
-"""Finished runs, read from their directories.
-
-Kind, headline figure, size, errors of the solutions, streams by name, and the list of the runs in a folder.
-"""
+"""Finished runs, read from their directories."""
 
 from __future__ import annotations
 

@@ -10,22 +10,21 @@ import numpy as np
 
 from sinssim import rotation
 from sinssim.charts import PAIR, Axis, Chart, Charts, Line, Mark, Remark, Rule, over
-from sinssim.data import Array, NavState
+from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.ellipsoids import ELLIPSOIDS, Ellipsoid
 from sinssim.errors import InputError
 from sinssim.exhibits import Column, Item, Section, Table
 from sinssim.recording import style
 from sinssim.recording.track_map import NOTE, Spread, Track, degrees, track_map
+from sinssim.scenario import Scenario
 from sinssim.scenario.plan_summary import field_words, given, leg_words, named_places, route_words, values_of
 from sinssim.truth.flight.flight_plan import PlannedPath, planned_path
+from sinssim.truth.sampling import Channel
+from sinssim.truth.trajectory import Trajectory
 from sinssim.units import DEG, duration_words, fixed
 
 if TYPE_CHECKING:
-    from sinssim.data import NavSolution
-    from sinssim.scenario import Scenario
     from sinssim.simulation.truth_and_sensors import Truth
-    from sinssim.truth.sampling import Channel
-    from sinssim.truth.trajectory import Trajectory
 
 
 def motion_exhibits(scenario: Scenario, truth: Truth, further: Sequence[Item] = ()) -> Iterator[Item]:

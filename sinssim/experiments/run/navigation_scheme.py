@@ -1,8 +1,4 @@
-"""The scheme of a run's navigation.
-
-The blocks of the scenario, with its names and rates, and its axes, local level on the Earth and the body at the
-start, with the run's own angles.
-"""
+"""The scheme of a run's navigation: the blocks of the scenario, and its axes with the run's own angles."""
 
 from __future__ import annotations
 
@@ -12,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from sinssim.algorithm_registry import MEASURED_ATTITUDE, PLATFORM
-from sinssim.data import Array
+from sinssim.data import Array, NavSolution, NavState
 from sinssim.exhibits import Item, Picture, Sentence
 from sinssim.frame_registry import FRAME_REGISTRY, FRAMES
 from sinssim.recording import style
@@ -24,7 +20,6 @@ from sinssim.sensors.sensor_set_section import AttitudeSensor, Redundant, SixAcc
 from sinssim.units import DEG
 
 if TYPE_CHECKING:
-    from sinssim.data import NavSolution, NavState
     from sinssim.scenario import Scenario
 
 

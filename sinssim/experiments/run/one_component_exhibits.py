@@ -1,7 +1,4 @@
-"""A run in a vertical plane, of one component (chapter (8.10) to (8.13), (8.15)), from end to end.
-
-Its streams, its numbers, what it has to show, and its recording with the Schuler pendulum.
-"""
+"""A run in a vertical plane, of one component (chapter (8.10) to (8.13), (8.15)), from end to end."""
 
 from __future__ import annotations
 
@@ -18,12 +15,13 @@ from sinssim.exhibits import Column, Exhibits, Item, Medium, Picture, Section, S
 from sinssim.experiments.run.run_files import about, keep
 from sinssim.experiments.run.run_report import computed_with
 from sinssim.experiments.run.run_result import PlaneRun
-from sinssim.experiments.run.summary_types import PlaneNumbers
+from sinssim.experiments.run.summary_types import PlaneNumbers, RunSummary
 from sinssim.recording import style
 from sinssim.recording.diagrams import one_component_axes, one_component_scheme, schuler_loop
 from sinssim.recording.result import Media, RunDirectory, plain
 from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import COLORS, Rgb, thinned
+from sinssim.scenario import Scenario
 from sinssim.scenario.planned_limits import check_times
 from sinssim.simulation.truth_and_sensors import Stages
 from sinssim.strapdown.one_component_system import PlaneErrors, projections
@@ -42,9 +40,7 @@ from sinssim.units import (
 )
 
 if TYPE_CHECKING:
-    from sinssim.experiments.run.summary_types import RunSummary
     from sinssim.recording.rerun_file import Recording, Watching
-    from sinssim.scenario import Scenario
     from sinssim.simulation.one_component_run import OneComponentResult, PlaneReadings
 
 SIMULATION_COLOR: Rgb = COLORS["measured-attitude"]

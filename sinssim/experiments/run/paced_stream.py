@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import gc
 import ipaddress
 import json
@@ -296,7 +297,6 @@ def _terminal(opened: Callable[[str], None]) -> Iterator[Callable[[bytes], bool]
 
     At the end its reader has a second for the rest: what is unread when the terminal closes is lost.
     """
-    import fcntl
     import termios
     import tty
 

@@ -1,7 +1,4 @@
-"""Finished runs beside each other.
-
-Errors over the time that they have in common, the keys that differ, report, directory, tables, and the page of a list.
-"""
+"""Finished runs beside each other, and the page of a list."""
 
 from __future__ import annotations
 
@@ -11,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -28,6 +25,7 @@ from sinssim.experiments.run.error_exhibits import (
 )
 from sinssim.experiments.run.finished_runs import Entry, FinishedRun, flat_keys, kind_of
 from sinssim.experiments.run.run_curves import Source, chosen_exhibits, differing, source_of
+from sinssim.experiments.run.summary_types import ErrorNumbers
 from sinssim.logs.stored_run import is_of_another, warn_of_version
 from sinssim.recording import style
 from sinssim.recording.page import page_of
@@ -35,9 +33,6 @@ from sinssim.recording.result import RunDirectory, write_json
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.system.files import open_file, write_text
 from sinssim.units import duration_words, fixed, size_text
-
-if TYPE_CHECKING:
-    from sinssim.experiments.run.summary_types import ErrorNumbers
 
 _LEAST_SPAN = 1.0
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 
@@ -289,7 +290,5 @@ def _units(scale: Scale) -> list[tuple[str, float, float | None]]:
 
 def _report(path: Path, place: Path) -> str:
     """Return the address of a run's report from the folder of a page; "" without a report."""
-    from urllib.parse import quote
-
     report = path / "report.html"
     return quote(Path(os.path.relpath(report, place)).as_posix()) if report.is_file() else ""

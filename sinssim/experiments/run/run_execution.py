@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from sinssim.data import Array, NavState
+from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.errors import InputError, RunError, SinssimError
+from sinssim.exhibits import Exhibits, Item
 from sinssim.experiments.run.error_exhibits import (
     error_table,
     failure_numbers,
@@ -29,15 +31,17 @@ from sinssim.experiments.run.filter_summary import Moment, filter_numbers, momen
 from sinssim.experiments.run.parts import parts_of
 from sinssim.experiments.run.parts.motion_source import best_solution
 from sinssim.experiments.run.run_files import RunWriter, about, keep, write_messages
-from sinssim.experiments.run.run_report import first_sections, run_exhibits
+from sinssim.experiments.run.run_report import FirstSections, first_sections, run_exhibits
 from sinssim.experiments.run.run_result import PlaneRun, Reached, Run
 from sinssim.experiments.run.run_streams import streams_of_run
 from sinssim.experiments.run.sensor_exhibits import SensorComparison, sensor_comparisons
+from sinssim.experiments.run.summary_types import RunSummary, StageEntries
 from sinssim.logs.stored_run import ErrorRule
 from sinssim.progress import Progress, shown
 from sinssim.recording.page import page_of
 from sinssim.recording.result import Media, RunDirectory, flagged, plain
 from sinssim.recording.streams import Stream
+from sinssim.scenario import Scenario
 from sinssim.scenario.load import Overrides, as_scenario
 from sinssim.scenario.planned_limits import check_route, check_route_flown, check_times, warn_of_limits
 from sinssim.simulation.foreign_navigator import check_programs, ended_with_errors, messages_of
@@ -57,19 +61,14 @@ from sinssim.statistics.requirements import Requirement, parse_requirements
 from sinssim.strapdown.engine_assembly import check_own_files
 from sinssim.strapdown.navigation_error import NO_NUMBERS, error_numbers_of, known_error_numbers_of
 from sinssim.system.process import give_back_memory, map_large_arrays
+from sinssim.truth.flight.flight_log import FlightLog
+from sinssim.truth.flight.guidance import Guided
 from sinssim.truth.flight.leg import not_attained
+from sinssim.truth.sampling import FlightEvent
 from sinssim.truth.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from sinssim.earth.ellipsoids import Ellipsoid
-    from sinssim.exhibits import Exhibits, Item
-    from sinssim.experiments.run.run_report import FirstSections
-    from sinssim.experiments.run.summary_types import RunSummary, StageEntries
     from sinssim.recording.rerun_file import Watching
-    from sinssim.scenario import Scenario
-    from sinssim.truth.flight.flight_log import FlightLog
-    from sinssim.truth.flight.guidance import Guided
-    from sinssim.truth.sampling import FlightEvent
 
 
 def run(

@@ -24,9 +24,12 @@ from sinssim.experiments.run.error_exhibits import error_charts
 from sinssim.experiments.run.filter_summary import Moment, places_of
 from sinssim.experiments.run.motion_exhibits import motion_charts
 from sinssim.experiments.run.run_recording import draw_coordinates
+from sinssim.experiments.run.run_result import Part
 from sinssim.experiments.run.run_streams import coordinate_streams, filter_streams
 from sinssim.experiments.run.sensor_exhibits import SensorComparison, comparison_charts, recorded_readings
+from sinssim.experiments.run.summary_types import RunFacts, RunSummary
 from sinssim.experiments.run.vehicle_mesh import PATHS, kind_of, shape_of
+from sinssim.logs.stored_run import ErrorRule
 from sinssim.recording import streams, style
 from sinssim.recording.rerun_scene import Scene, drifted, map_zoom, some_rows
 from sinssim.recording.rerun_viewer import RUN_ENTITY
@@ -42,23 +45,19 @@ from sinssim.recording.streams import (
     set_streams,
     truth_stream,
 )
+from sinssim.scenario import Scenario
 from sinssim.scenario.load import FOLDER
 from sinssim.scenario.plan_summary import own_files
-from sinssim.simulation.truth_and_sensors import Stages, Truth
+from sinssim.simulation.navigation_stage import Navigated
+from sinssim.simulation.truth_and_sensors import Sensed, Stages, Truth
 from sinssim.system.files import write_text
 from sinssim.truth.sampling import FlightEvent
+from sinssim.truth.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from sinssim.experiments.run.run_result import Part
-    from sinssim.experiments.run.summary_types import RunFacts, RunSummary
     from sinssim.logs.reference_solution import Reference
-    from sinssim.logs.stored_run import ErrorRule
     from sinssim.recording.rerun_file import Recording, Watching
-    from sinssim.scenario import Scenario
-    from sinssim.simulation.navigation_stage import Navigated
-    from sinssim.simulation.truth_and_sensors import Sensed
     from sinssim.simulation.truth_comparison import Aided
-    from sinssim.truth.trajectory import Trajectory
 
 
 def about(scenario: Scenario, stages: Stages, status: str, message: str = "") -> RunFacts:

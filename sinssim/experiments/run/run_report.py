@@ -6,7 +6,6 @@ import platform
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,10 +25,13 @@ from sinssim.experiments.run.filter_summary import moments, places_of, sentences
 from sinssim.experiments.run.motion_exhibits import motion_exhibits, motion_facts, motion_map, solution_tracks
 from sinssim.experiments.run.navigation_scheme import axes_exhibits, scheme, scheme_words
 from sinssim.experiments.run.parts.motion_source import after_filter, recorded_errors
+from sinssim.experiments.run.run_result import Reached, Run
 from sinssim.experiments.run.sensor_exhibits import SensorComparison, sensor_comparisons, sensor_errors
+from sinssim.experiments.run.summary_types import ErrorNumbers, RunSummary
 from sinssim.recording.result import flagged_words, processor
 from sinssim.recording.style import as_seen
 from sinssim.recording.track_map import Track
+from sinssim.scenario import Scenario
 from sinssim.scenario.notes import (
     coarse_rates,
     defaults_taken,
@@ -44,12 +46,6 @@ from sinssim.sensors.sensor_set_readings import draw_true_errors
 from sinssim.simulation.total_system_error import pieces_of
 from sinssim.simulation.truth_and_sensors import RecordedMotion, Truth
 from sinssim.units import LENGTH_SCALE, duration_words, fixed, number_text, suiting
-
-if TYPE_CHECKING:
-    from sinssim.experiments.run.run_result import Reached, Run
-    from sinssim.experiments.run.summary_types import ErrorNumbers, RunSummary
-    from sinssim.scenario import Scenario
-
 
 _PAGE: tuple[Medium, ...] = ("page",)
 _CONSOLE: tuple[Medium, ...] = ("console",)

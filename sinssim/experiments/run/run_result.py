@@ -1,7 +1,4 @@
-"""The result of a run: `Run`, `PlaneRun` of a motion in a vertical plane, and `Part`, what only some runs have.
-
-A part is one class in `parts`, and `parts.PARTS` lists them.
-"""
+"""The result of a run: `Run`, `PlaneRun` of a motion in a vertical plane, and `Part`, what only some runs have."""
 
 from __future__ import annotations
 
@@ -11,25 +8,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Self, TypeVar
 
 from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Line, Mark, Weight, over
-from sinssim.data import html_table
+from sinssim.data import Array, NavSolution, html_table
 from sinssim.errors import InputError
+from sinssim.exhibits import Item
 from sinssim.recording.result import Media, Result, plain
-from sinssim.recording.streams import Streams
+from sinssim.recording.streams import Stream, Streams
+from sinssim.scenario import Scenario
 from sinssim.simulation.navigation_stage import Navigated
-from sinssim.simulation.truth_and_sensors import Sensed
+from sinssim.simulation.truth_and_sensors import RecordedMotion, Sensed, Truth
+from sinssim.strapdown.navigation_error import NavError
+from sinssim.truth.sampling import FlightEvent
 from sinssim.units import ANGLE_SCALE, LENGTH_SCALE
 
 if TYPE_CHECKING:
-    from sinssim.data import Array, NavSolution
-    from sinssim.exhibits import Item
     from sinssim.experiments.run.summary_types import ErrorNumbers
-    from sinssim.recording.streams import Stream
-    from sinssim.scenario import Scenario
     from sinssim.simulation.one_component_run import OneComponentResult
-    from sinssim.simulation.truth_and_sensors import RecordedMotion, Truth
     from sinssim.simulation.truth_comparison import Aided
-    from sinssim.strapdown.navigation_error import NavError
-    from sinssim.truth.sampling import FlightEvent
 
 
 _AIDED = ("aided", "backward", "smoothed")

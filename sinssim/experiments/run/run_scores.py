@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import rerun as rr
@@ -26,6 +25,7 @@ from sinssim.experiments.run.error_exhibits import (
     schuler_period,
 )
 from sinssim.experiments.run.filter_exhibits import NAVIGATION
+from sinssim.experiments.run.summary_types import ErrorNumbers
 from sinssim.logs.solution_score import Judge, Score
 from sinssim.recording import style
 from sinssim.recording.page import page_of
@@ -40,10 +40,6 @@ from sinssim.recording.style import thinned
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.system.files import Draft, publish, write_text, written
 from sinssim.units import DEG, Scale, fixed, suiting
-
-if TYPE_CHECKING:
-    from sinssim.experiments.run.summary_types import ErrorNumbers
-
 
 FOLDER = "scores"
 """Name of the folder of scores in a run directory."""

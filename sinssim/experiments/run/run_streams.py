@@ -1,7 +1,4 @@
-"""The streams of a run: those of a run in memory, those of its filter, and those in further coordinates.
-
-The filter has solutions, states with their 1σ, and every reading with the decision on it.
-"""
+"""The streams of a run: those of a run in memory, those of its filter, and those in further coordinates."""
 
 from __future__ import annotations
 
@@ -14,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim import earth, rotation
-from sinssim.data import Array, Computed, NavSolution, NavState
+from sinssim.data import Array, Computed, Measurements, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
+from sinssim.estimation import Block, Innovations
 from sinssim.estimation.state_model import FLICKER
 from sinssim.recording.streams import (
     Stream,
@@ -26,17 +24,15 @@ from sinssim.recording.streams import (
     reference_stream,
     truth_stream,
 )
+from sinssim.scenario import Scenario
 from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.strapdown import motion_coordinates
 from sinssim.strapdown.frames.route_pole import route_pole
 
 if TYPE_CHECKING:
-    from sinssim.data import Measurements
-    from sinssim.estimation import Block, Innovations
     from sinssim.estimation.filter_result import Rows
     from sinssim.experiments.run.run_result import Run
-    from sinssim.scenario import Scenario
     from sinssim.simulation.truth_comparison import Aided
 
 

@@ -1,14 +1,10 @@
-"""The errors of a run's sensors: what was drawn for each axis and its 1σ, what calibration leaves, and the readings.
-
-The readings are compared with the truth, before and after compensation, by means and sums of their errors.
-"""
+"""The errors of a run's sensors: what was drawn for each axis and its 1σ, what calibration leaves, and the readings."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,25 +14,25 @@ from sinssim.data import Array, ImuData, short_repr
 from sinssim.exhibits import Beside, Column, Item, Medium, Section, Sentence, Table
 from sinssim.recording import style
 from sinssim.recording.style import thinned
+from sinssim.scenario import Scenario
 from sinssim.sensors.imu.compensation import imperfect_calibration
+from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import of_triad
-from sinssim.sensors.imu.grades import find_grade, grade_name
-from sinssim.sensors.sensor_set_readings import torquer_sigma
+from sinssim.sensors.imu.faults import ImuFault
+from sinssim.sensors.imu.generated_imu_keys import TriadErrors
+from sinssim.sensors.imu.grades import TriadGrade, find_grade, grade_name
+from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.sensors.imu.imu_section import Imu
+from sinssim.sensors.sensor_set_readings import (
+    AttitudeSensorErrors,
+    PlatformErrors,
+    Readings,
+    TrueErrors,
+    torquer_sigma,
+)
 from sinssim.sensors.sensor_set_section import AttitudeSensor, Gyros, Platform, Redundant, SixAccelerometers
-from sinssim.simulation.truth_and_sensors import Truth
+from sinssim.simulation.truth_and_sensors import Sensed, Truth
 from sinssim.units import ANGLE_SCALE, DEG, DEG_H, SPEED_SCALE, UG, Scale, capital, fixed, signed, suiting
-
-if TYPE_CHECKING:
-    from sinssim.scenario import Scenario
-    from sinssim.sensors.imu.error_term import ErrorTerm
-    from sinssim.sensors.imu.faults import ImuFault
-    from sinssim.sensors.imu.generated_imu_keys import TriadErrors
-    from sinssim.sensors.imu.grades import TriadGrade
-    from sinssim.sensors.imu.imu_errors import ImuErrors
-    from sinssim.sensors.imu.imu_section import Imu
-    from sinssim.sensors.sensor_set_readings import AttitudeSensorErrors, PlatformErrors, Readings, TrueErrors
-    from sinssim.simulation.truth_and_sensors import Sensed
-
 
 AXES = ("x", "y", "z")
 RECORDED_ROWS = 8001
@@ -53,32 +49,20 @@ READINGS = {"gyro": "inertial angular rate", "accel": "specific force", "single"
 @short_repr
 @dataclass(frozen=True)
 class SensorComparison:
-    """Readings of one kind of sensor against the truth, along a run.
+    """Readings of one kind of sensor against the truth, along a run."""
 
-    Attributes:
-        key: key in entities and labels: "gyro", "accel", "single", "single_gyro", "single_accel" or "attitude".
-        title: name of the kind.
-        names: k names of the lines: axes, or numbers.
-        time: edges of the samples, (N+1,) s.
-        error: accumulated errors of the sensors, (N+1, k) rad or m/s; for an attitude sensor, the error itself.
-        left: the same after compensation, None without compensation.
-        sums: units of both.
-        drift: unit of their rate of change, and its size in SI.
-        ideal, measured: increments, (N, k); None for an attitude sensor, which has none.
-        reading: unit of their mean rates, and its size in SI.
-    """
-
-    key: str
-    title: str
-    names: tuple[str, ...]
-    time: Array
-    error: Array
-    left: Array | None
-    sums: Scale
-    drift: tuple[str, float]
+    key: str  # key in entities and labels: "gyro", "accel", "single", "single_gyro", "single_accel" or "attitude"
+    title: str  # name of the kind
+    names: tuple[str, ...]  # k names of the lines: axes, or numbers
+    time: Array  # edges of the samples, (N+1,) s
+    error: Array  # accumulated errors of the sensors, (N+1, k) rad or m/s; for an attitude sensor, the error itself
+    left: Array | None  # the same after compensation, None without compensation
+    sums: Scale  # units of both
+    drift: tuple[str, float]  # unit of their rate of change, and its size in SI
+    # increments, (N, k); None for an attitude sensor, which has none
     ideal: Array | None = None
     measured: Array | None = None
-    reading: tuple[str, float] = ("", 1.0)
+    reading: tuple[str, float] = ("", 1.0)  # unit of their mean rates, and its size in SI
 
     @property
     def window(self) -> float:

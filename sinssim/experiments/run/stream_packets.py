@@ -30,19 +30,18 @@ from sinssim.logs.formats.registry import DEFAULT_START
 from sinssim.logs.gps_time import WEEK, parse_date
 from sinssim.logs.recorded_streams import FixStream
 from sinssim.logs.stored_run import STATE_COLUMNS, RecordedRun
-from sinssim.scenario import filter_model, load_scenario
+from sinssim.scenario import Scenario, filter_model, load_scenario
 from sinssim.sensors.aiding_registry import KINDS
 from sinssim.sensors.measurement_kind import earth_rate
 from sinssim.simulation.navigator_protocol import WITHIN, Feed
 from sinssim.system.files import Draft
 from sinssim.truth.atmosphere import Air
+from sinssim.truth.flight.flight_log import FlightLog
 from sinssim.truth.flight.guidance import TRUTH
 from sinssim.units import DEG, G0
 
 if TYPE_CHECKING:
-    from sinssim.scenario import Scenario
     from sinssim.simulation.guided_passes import LiveFlight
-    from sinssim.truth.flight.flight_log import FlightLog
 
 _INCREMENTS = tuple(f"{word}_{axis}_{unit}" for word, unit in (("dtheta", "rad"), ("dvel", "mps")) for axis in "xyz")
 _BLOCK = 256

@@ -13,7 +13,7 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,17 +59,14 @@ from sinssim.experiments.workload import (
     work_through,
 )
 from sinssim.progress import Progress, shown
+from sinssim.sensors.sensor_set_readings import Readings, read
 from sinssim.statistics.circular_error import mean_rate, rate_uncertainty
 from sinssim.strapdown.frames.route_pole import route_pole
 from sinssim.strapdown.mechanization import OF_TRUTH, Mechanization
-from sinssim.strapdown.navigation_error import NavError, navigation_error
+from sinssim.strapdown.navigation_error import NavError, error_numbers, navigation_error
 from sinssim.system.process import machine_memory
+from sinssim.truth.trajectory import Trajectory
 from sinssim.units import ARCSEC, UG
-
-if TYPE_CHECKING:
-    from sinssim.sensors.sensor_set_readings import Readings
-    from sinssim.truth.trajectory import Trajectory
-
 
 Rows = NDArray[np.intp]
 
@@ -316,8 +313,6 @@ class _Work(Experiment):
 
     def _navigate(self, block: _Block, truth: _Truth, ideal: ImuData, before: float, share: float) -> None:
         """Run the cases of a block that are not finished, those of the same sensors together."""
-        from sinssim.sensors.sensor_set_readings import Readings, read
-
         part, study = block.part, self._result.study
         todo = [case for case in cases_of(part, block.motion) if case not in block.navigated]
         finished = itertools.count(1)
@@ -449,8 +444,6 @@ class _Truth:
 def _navigated(case: Case, readings: Readings, part: Part, truth: _Truth, comparison: StudyResult) -> Navigated:
     """Run one case and compare it with the truth."""
     from sinssim.strapdown.measured_attitude import navigate_set
-    from sinssim.strapdown.navigation_error import error_numbers
-    from sinssim.units import ARCSEC
 
     imu = readings.imu
     about: dict[str, Any] = {

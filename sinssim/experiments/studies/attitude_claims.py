@@ -22,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -49,11 +49,8 @@ from sinssim.strapdown.attitude.rotation_vector import drift_under_coning, leadi
 from sinssim.strapdown.coning_sculling import fitted_turn_k as turn_k
 from sinssim.strapdown.coning_sculling import frame_turn_k, is_uniform, weight_table
 from sinssim.strapdown.engine_assembly import parts
+from sinssim.truth.trajectory import Trajectory
 from sinssim.units import ARCSEC, DEG, number_text
-
-if TYPE_CHECKING:
-    from sinssim.truth.trajectory import Trajectory
-
 
 LAW_HOLDS = 0.03
 """Relative error up to which a law holds."""

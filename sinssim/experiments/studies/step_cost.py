@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import builtins
 import math
+import operator
 import time
 import types
 from collections import Counter
@@ -110,8 +111,6 @@ def _comparing(operation: Callable[[float, float], bool]) -> Any:
 
 
 def _complete() -> None:
-    import operator
-
     for name, kind in (("add", "add"), ("sub", "add"), ("mul", "multiply"), ("truediv", "divide"), ("mod", "divide")):
         setattr(_Number, f"__{name}__", _counting(kind, getattr(operator, name)))
         setattr(_Number, f"__r{name}__", _reflected(kind, getattr(operator, name)))

@@ -1,7 +1,4 @@
-"""The charts and tables of a study by subject, and the names of their rows and lines.
-
-Errors over rate and cost, growth, orders, headings, power of time, guarantees, further coordinates.
-"""
+"""The charts and tables of a study by subject, and the names of their rows and lines."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""What a study has to show, and the files that it writes.
-
-Verdicts, recommended engines, errors, orders, costs, motions, method; report.html, results.json, results.parquet,
-study.toml and recording.rrd.
-"""
+"""What a study has to show, and the files that it writes."""
 
 from __future__ import annotations
 
@@ -12,6 +8,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
+
+import tomli_w
 
 from sinssim.charts import Charts
 from sinssim.errors import InputError
@@ -455,7 +453,6 @@ def to_json(comparison: StudyResult) -> dict[str, Any]:
 def write_study(comparison: StudyResult, folder: Path) -> None:
     """Write all results of a study."""
     import pyarrow as pa
-    import tomli_w
 
     write_text(folder / "study.toml", tomli_w.dumps(comparison.study.model_dump(exclude_none=True)))
     write_json(folder / "results.json", to_json(comparison))

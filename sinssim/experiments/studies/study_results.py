@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sinssim.data import Array, short_repr
-from sinssim.experiments.studies.study_schema import MotionFacts
+from sinssim.experiments.studies.study_schema import CLAIM_WORDS, MotionFacts, Study
 from sinssim.recording.result import Media, Result
 from sinssim.strapdown.mechanization import OF_TRUTH
 
 if TYPE_CHECKING:
     from sinssim.experiments.studies.attitude_cost import AttitudeCost
     from sinssim.experiments.studies.step_cost import Cost
-    from sinssim.experiments.studies.study_schema import Study
 
 
 NAN = float("nan")
@@ -131,30 +130,21 @@ class CoordinateError:
 
 @dataclass(frozen=True)
 class Heading:
-    """The heading through a motion's turns in one form, compared with the true heading that counts turns.
-
-    Attributes:
-        form: how the heading is obtained.
-        turns: full turns of the true heading from start to end.
-        max_error_arcsec, final_error_arcsec: difference from the true heading modulo 360°.
-        jumps: number of jumps relative to the true heading by more than a quarter turn.
-        wrong: part of the time with an error above 0.3′.
-        least_hz: lowest rate of reading at which the form counts the turns; 0 if it does not depend on the reading.
-        time: (K,) s.
-        heading, truth: in this form, and true, (K,) rad.
-    """
+    """The heading through a motion's turns in one form, compared with the true heading that counts turns."""
 
     part: str
     motion: str
-    form: str
+    form: str  # how the heading is obtained
     rate_hz: float
-    turns: float
+    turns: float  # full turns of the true heading from start to end
+    # difference from the true heading modulo 360°
     max_error_arcsec: float
     final_error_arcsec: float
-    jumps: int
-    wrong: float
-    least_hz: float
-    time: Array
+    jumps: int  # number of jumps relative to the true heading by more than a quarter turn
+    wrong: float  # part of the time with an error above 0.3′
+    least_hz: float  # lowest rate of reading at which the form counts the turns; 0 if it does not depend on the reading
+    time: Array  # (K,) s
+    # in this form, and true, (K,) rad
     heading: Array
     truth: Array
 
@@ -179,33 +169,22 @@ class Order:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict on a claim.
-
-    Attributes:
-        sentence: text of the claim.
-        verdict: "confirmed", "refuted", "partly" or "undecided".
-        reason: in a sentence or two.
-        points: the deciding numbers, motion by motion.
-        numbers: the deciding numbers by name.
-        judged: the verdict on each point, "" for one that only informs; empty if no point is judged.
-        measured, expected: the deciding figure, and what it would be if the claim held, each with its unit.
-    """
+    """The verdict on a claim."""
 
     claim: str
-    sentence: str
-    verdict: str
-    reason: str
-    points: tuple[str, ...] = ()
-    numbers: dict[str, float] = field(default_factory=dict)
-    judged: tuple[str, ...] = ()
+    sentence: str  # text of the claim
+    verdict: str  # "confirmed", "refuted", "partly" or "undecided"
+    reason: str  # in a sentence or two
+    points: tuple[str, ...] = ()  # the deciding numbers, motion by motion
+    numbers: dict[str, float] = field(default_factory=dict)  # the deciding numbers by name
+    judged: tuple[str, ...] = ()  # the verdict on each point, "" for one that only informs; empty if no point is judged
+    # the deciding figure, and what it would be if the claim held, each with its unit
     measured: str = ""
     expected: str = ""
 
     @property
     def title(self) -> str:
         """The claim in a few words."""
-        from sinssim.experiments.studies.study_schema import CLAIM_WORDS
-
         return CLAIM_WORDS[self.claim].title
 
     @property

@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
@@ -36,10 +36,8 @@ from sinssim.toml_section import Duration, ExperimentFile, Keys, Rate, Section, 
 from sinssim.truth.motion import Gravity
 from sinssim.truth.motions.parked_and_great_circle import GreatCircleFlight, ParkedVehicle
 from sinssim.truth.motions.vibration import Vibration
+from sinssim.truth.trajectory import Trajectory
 from sinssim.units import listed
-
-if TYPE_CHECKING:
-    from sinssim.truth.trajectory import Trajectory
 
 
 class Wording(NamedTuple):

@@ -20,6 +20,7 @@ from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.schema import Scenario
 from sinssim.scenario.true_motion import true_motion
 from sinssim.simulation.total_system_error import check_path
+from sinssim.statistics.circular_error import to_nmi_h
 from sinssim.statistics.requirements import COMPONENTS, SHARES, Quantity, Verdict, VerdictInUnit, quantity_of
 from sinssim.truth.flight.flight_cache import flight_key
 from sinssim.units import NAUTICAL_MILE
@@ -35,73 +36,51 @@ _INSTANTS = 40
 
 @dataclass(frozen=True)
 class SourceParts:
-    """A source in the budget of a cell.
+    """A source in the budget of a cell."""
 
-    Attributes:
-        name, label, group, unit, key: as of the source.
-        value: its size, in its unit; NaN if no number describes it or one run gives it.
-        random: whether it has a covariance instead of a mean.
-        parts: by the text of a quantity of the study, for each of its instants: of a circle the covariance of north,
-            north with east, and east, or the mean of north and east; of a component the variance, or the mean. SI.
-    """
-
+    # as of the source
     name: str
     label: str
     group: str
     unit: str
     key: str
-    value: float
-    random: bool
+    value: float  # its size, in its unit; NaN if no number describes it or one run gives it
+    random: bool  # whether it has a covariance instead of a mean
+    # by the text of a quantity of the study, for each of its instants: of a circle the covariance of north, north with
+    # east, and east, or the mean of north and east; of a component the variance, or the mean. SI
     parts: Mapping[str, Sequence[Sequence[float]]]
 
 
 @dataclass(frozen=True)
 class CellNumbers:
-    """The numbers of a cell.
+    """The numbers of a cell."""
 
-    Attributes:
-        values: by column, with the unit in its name; `Quantity.column` is that of a quantity. An ensemble has the ends
-            of the 95 % band of a quantity as column + "_low" and "_high".
-        verdicts: on each requirement.
-        time: instants of the growth of the errors, s since the start.
-        cep, r95: CEP and R95 at these instants, m.
-        notes: remarks, whole sentences.
-        sources: of a budget, with their parts in the quantities that were asked for.
-        instants: times of these parts, s, by the text of a quantity.
-    """
-
+    # by column, with the unit in its name; `Quantity.column` is that of a quantity. An ensemble has the ends of the 95
+    # % band of a quantity as column + "_low" and "_high"
     values: dict[str, float]
-    verdicts: tuple[VerdictInUnit, ...]
-    time: Array = field(default_factory=lambda: np.zeros(0))
+    verdicts: tuple[VerdictInUnit, ...]  # on each requirement
+    time: Array = field(default_factory=lambda: np.zeros(0))  # instants of the growth of the errors, s since the start
+    # CEP and R95 at these instants, m
     cep: Array = field(default_factory=lambda: np.zeros(0))
     r95: Array = field(default_factory=lambda: np.zeros(0))
-    notes: tuple[str, ...] = ()
-    sources: tuple[SourceParts, ...] = ()
+    notes: tuple[str, ...] = ()  # remarks, whole sentences
+    sources: tuple[SourceParts, ...] = ()  # of a budget, with their parts in the quantities that were asked for
+    # times of these parts, s, by the text of a quantity
     instants: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
 
 @short_repr
 @dataclass(frozen=True)
 class Cell:
-    """One cell of a grid, and what became of it.
+    """One cell of a grid, and what became of it."""
 
-    Attributes:
-        number: its number, from 1, the last axis changing fastest.
-        place: place of its value on each axis, from 0.
-        settings: the varied keys with their values, as for --set.
-        scenario: its scenario; None if the values do not go together.
-        digest: of what determines its numbers, `digest_of`; "" without a scenario.
-        numbers: its numbers; None if it failed or was not reached.
-        failure: why it failed, or why the values do not go together; "" otherwise.
-    """
-
-    number: int
-    place: tuple[int, ...]
-    settings: tuple[str, ...]
-    scenario: Scenario | None
-    digest: str = ""
-    numbers: CellNumbers | None = None
-    failure: str = ""
+    number: int  # its number, from 1, the last axis changing fastest
+    place: tuple[int, ...]  # place of its value on each axis, from 0
+    settings: tuple[str, ...]  # the varied keys with their values, as for --set
+    scenario: Scenario | None  # its scenario; None if the values do not go together
+    digest: str = ""  # of what determines its numbers, `digest_of`; "" without a scenario
+    numbers: CellNumbers | None = None  # its numbers; None if it failed or was not reached
+    failure: str = ""  # why it failed, or why the values do not go together; "" otherwise
 
     @property
     def status(self) -> Literal["finished", "failed", "open"]:
@@ -343,7 +322,6 @@ def of_ensemble(study: TradeStudy, result: EnsembleResult) -> CellNumbers:
     """Return the numbers that `sinssim ensemble` gives, bit for bit; its epochs have the study's instants."""
     from sinssim.experiments.ensembles.ensemble_summary import band, circles, square_numbers
     from sinssim.experiments.ensembles.ensemble_verdicts import estimate, judge
-    from sinssim.statistics.circular_error import to_nmi_h
 
     values: dict[str, float] = {"runs": float(len(result)), "failed_runs": float(result.failed.sum())}
     for quantity in study.quantities:

@@ -1,7 +1,4 @@
-"""What a trade study has to show, and the files that it writes.
-
-Which cells meet what, curves or bars with bands, heat maps, growth of the errors, tables of the cells.
-"""
+"""What a trade study has to show, and the files that it writes."""
 
 from __future__ import annotations
 
@@ -15,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomli_w
 from numpy.typing import NDArray
 
 from sinssim import exhibits
@@ -482,7 +480,6 @@ def to_json(result: TradeResult) -> dict[str, Any]:
 
 def write_trade(result: TradeResult, folder: Path) -> None:
     """Write the report of a trade study, its pictures, its numbers and its recording."""
-    import tomli_w
 
     from sinssim.recording.figures import figure_of, save
     from sinssim.recording.rerun_exhibits import markdown

@@ -1,8 +1,4 @@
-"""The result of a trade study.
-
-The numbers of its cells as arrays over the grid, as a table, and as text: one row for each cell, grids of one
-quantity, which cells meet what.
-"""
+"""The result of a trade study: numbers of its cells over the grid, as a table, and as text."""
 
 from __future__ import annotations
 

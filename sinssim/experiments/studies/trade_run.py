@@ -14,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -39,15 +39,13 @@ from sinssim.experiments.studies.trade_schema import TradeStudy
 from sinssim.experiments.workload import LIMIT_MINUTES, TooLongError, Watch, check_limit, flight_wait
 from sinssim.progress import Progress, shown
 from sinssim.recording.result import Media, plain
+from sinssim.scenario import Scenario
 from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.scenario.load import load_scenario
 from sinssim.scenario.planned_limits import check_times, warn_of_limits
-from sinssim.statistics.requirements import VerdictInUnit
+from sinssim.simulation.truth_and_sensors import Truth
+from sinssim.statistics.requirements import VerdictInUnit, parse_quantity
 from sinssim.system.files import MARK, remove
-
-if TYPE_CHECKING:
-    from sinssim.scenario import Scenario
-    from sinssim.simulation.truth_and_sensors import Truth
 
 MANIFEST = "trade.json"
 _ENSEMBLE = EnsembleDirectory.KIND.manifest
@@ -313,7 +311,6 @@ class TradeMedia(Media[TradeResult]):
 
     def figure(self, result: TradeResult, quantity: str | None = None) -> Any:
         from sinssim.recording.figures import figure_of
-        from sinssim.statistics.requirements import parse_quantity
 
         if quantity is not None:
             result.values(quantity)  # refuses a quantity that the study does not have

@@ -1,8 +1,4 @@
-"""The file of a trade study.
-
-A scenario, the keys that vary in a grid, with labels, units and values as TOML and as people read them, and what is
-computed in each cell.
-"""
+"""The file of a trade study: a scenario, the keys that vary in a grid, and what is computed in each cell."""
 
 from __future__ import annotations
 

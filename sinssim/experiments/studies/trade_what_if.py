@@ -7,19 +7,16 @@ computes the quantities of the cells as exactly as the budgets do.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from sinssim.data import Array
 from sinssim.experiments.studies.trade_cells import SourceParts, place_name
-from sinssim.experiments.studies.trade_result import label_of, unit_for
+from sinssim.experiments.studies.trade_result import TradeResult, label_of, unit_for
+from sinssim.experiments.studies.trade_schema import TradeStudy
 from sinssim.statistics.requirements import SHARES, Quantity, quantity_of
 from sinssim.units import KNOT
-
-if TYPE_CHECKING:
-    from sinssim.experiments.studies.trade_result import TradeResult
-    from sinssim.experiments.studies.trade_schema import TradeStudy
 
 
 def asked(study: TradeStudy) -> list[Quantity]:

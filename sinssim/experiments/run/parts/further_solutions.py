@@ -1,14 +1,11 @@
-"""Solutions beside those of the package: of navigators of somebody else, and of the filters of [[filters]].
-
-What a navigator states beside its solution is compared with its errors; so are the σ of a filter.
-"""
+"""Solutions beside those of the package: of navigators of somebody else, and of the filters of [[filters]]."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypedDict
+from typing import TypedDict
 
 import numpy as np
 
@@ -16,16 +13,14 @@ from sinssim.data import Array
 from sinssim.estimation.consistency import consistency, nees
 from sinssim.exhibits import Column, Item, Medium, Sentence, Table
 from sinssim.experiments.run.run_result import Part
+from sinssim.experiments.run.summary_types import ErrorNumbers
 from sinssim.recording.streams import Stream, Vector
 from sinssim.sensors.measurement_kind import CORE, PHI, R
 from sinssim.simulation.navigation_stage import Navigated
 from sinssim.simulation.navigator_protocol import ForeignSolution
 from sinssim.simulation.truth_comparison import Aided, FilterSolution
+from sinssim.strapdown.navigation_error import NavError
 from sinssim.units import ARCMIN, fixed, number_text
-
-if TYPE_CHECKING:
-    from sinssim.experiments.run.summary_types import ErrorNumbers
-    from sinssim.strapdown.navigation_error import NavError
 
 _VECTORS = ("position_ned", "velocity_ned", "attitude")
 SIGMAS = (

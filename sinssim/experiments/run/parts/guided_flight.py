@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, NamedTuple, TypedDict
+from typing import Literal, NamedTuple, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from sinssim.experiments.run.filter_exhibits import marks_of
 from sinssim.experiments.run.filter_summary import Moment, detections, moments, places_of
 from sinssim.experiments.run.parts.phases import phases_of
 from sinssim.experiments.run.run_result import DrawnPath, Part
+from sinssim.experiments.run.summary_types import ErrorNumbers
 from sinssim.recording.streams import Stream, Vector
 from sinssim.recording.style import thinned
 from sinssim.recording.track_map import NOTE, Track, track_map
@@ -42,13 +43,10 @@ from sinssim.simulation.total_system_error import (
 from sinssim.simulation.total_system_error import Miss as Missed
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.strapdown.navigation_error import navigation_error
+from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.guidance import AIDED, ENDED, TRUTH, Guided
+from sinssim.truth.trajectory import Trajectory
 from sinssim.units import LENGTH_SCALE, NAUTICAL_MILE, fixed, listed, number_text, signed
-
-if TYPE_CHECKING:
-    from sinssim.experiments.run.summary_types import ErrorNumbers
-    from sinssim.truth.flight.flight_plan import FlightPlan
-    from sinssim.truth.trajectory import Trajectory
 
 _RATE = 1.0
 """Rate of the comparison with the flight by the truth, Hz."""

@@ -1,14 +1,11 @@
-"""IMUs that turn in the vehicle, beside the same sensors strapped down.
-
-A gimballed platform, and an IMU that rotates, [imu.rotation].
-"""
+"""IMUs that turn in the vehicle, a gimballed platform and [imu.rotation], beside the same sensors strapped down."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NotRequired, TypedDict
+from typing import NotRequired, TypedDict
 
 import numpy as np
 
@@ -20,19 +17,17 @@ from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
 from sinssim.experiments.run.run_result import Part, side_by_side
 from sinssim.experiments.run.summary_types import ErrorNumbers, Number
 from sinssim.recording.streams import Stream, other_error_stream, platform_stream, rotation_stream
+from sinssim.sensors.imu.emulation import digital, emulate
+from sinssim.sensors.imu.rotation_encoder import Encoders, encoders_of
+from sinssim.sensors.imu.size_effect import rectified
+from sinssim.sensors.sensor_set_readings import PlatformErrors, read, without_errors_of_turns
 from sinssim.simulation.navigation_stage import Navigated, what_if
 from sinssim.simulation.truth_and_sensors import Truth
-from sinssim.strapdown.navigation_error import NO_NUMBERS, error_numbers
-from sinssim.strapdown.platform_theory import ACCELEROMETERS, GYROS, START, TORQUERS
+from sinssim.strapdown.gimballed_platform import PlatformSolution, inertial_forces
+from sinssim.strapdown.navigation_error import NO_NUMBERS, NavError, error_numbers
+from sinssim.strapdown.platform_theory import ACCELEROMETERS, GYROS, START, TORQUERS, ErrorsByCause, errors_by_cause
+from sinssim.truth.true_gravity_disturbance import Disturbed
 from sinssim.units import ANGLE_SCALE, DEG, LENGTH_SCALE, fixed, number_text
-
-if TYPE_CHECKING:
-    from sinssim.sensors.imu.rotation_encoder import Encoders
-    from sinssim.sensors.sensor_set_readings import PlatformErrors
-    from sinssim.strapdown.gimballed_platform import PlatformSolution
-    from sinssim.strapdown.navigation_error import NavError
-    from sinssim.strapdown.platform_theory import ErrorsByCause
-
 
 _TURNING = 10.0 * units.DEG / 60.0  # rate above which the vehicle is said to turn, rad/s
 _LEAST = 1e-6
@@ -93,8 +88,6 @@ class OnPlatform(Part[PlatformNumbers]):
     @property
     def solution(self) -> PlatformSolution:
         """The solution of the platform's navigator, with the platform itself."""
-        from sinssim.strapdown.gimballed_platform import PlatformSolution
-
         solution = self.run.solutions[PLATFORM]
         assert isinstance(solution, PlatformSolution)
         return solution
@@ -122,10 +115,6 @@ class OnPlatform(Part[PlatformNumbers]):
         These are scale factor, misalignment and non-linearity, which a platform does not have. None without such a
         solution.
         """
-        from sinssim.sensors.imu.emulation import emulate
-        from sinssim.sensors.imu.size_effect import rectified
-        from sinssim.sensors.sensor_set_readings import without_errors_of_turns
-
         truth, true = self.run.truth, self.run.sensed.errors
         if self.strapdown is None:
             return None
@@ -138,10 +127,6 @@ class OnPlatform(Part[PlatformNumbers]):
     @cached_property
     def errors_by_cause(self) -> ErrorsByCause:
         """Position errors of the solution by cause, from the linear error equations."""
-        from sinssim.strapdown.gimballed_platform import inertial_forces
-        from sinssim.strapdown.platform_theory import errors_by_cause
-        from sinssim.truth.true_gravity_disturbance import Disturbed
-
         truth, true = self.run.truth, self.run.sensed.errors
         assert isinstance(truth, Truth)
         assert true is not None
@@ -364,8 +349,6 @@ class Rotation(Part[RotationNumbers]):
     @cached_property
     def encoders(self) -> Encoders:
         """The encoders of the rotating IMU."""
-        from sinssim.sensors.imu.rotation_encoder import encoders_of
-
         truth, errors = self.run.truth, self.run.sensed.errors
         assert isinstance(truth, Truth)
         encoders = encoders_of(truth.block, None if errors is None else errors.encoders, truth.time)
@@ -378,9 +361,6 @@ class Rotation(Part[RotationNumbers]):
 
         None if there is no solution.
         """
-        from sinssim.sensors.imu.emulation import digital
-        from sinssim.sensors.sensor_set_readings import read
-
         truth, scenario = self.run.truth, self.run.scenario
         assert isinstance(truth, Truth)
         if not self.run.solutions:

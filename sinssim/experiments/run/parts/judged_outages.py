@@ -14,12 +14,12 @@ from sinssim.charts import PAIR, Axis, Chart, Charts, Dots, Line, over
 from sinssim.data import Array
 from sinssim.exhibits import Beside, Column, Item, Sentence, Table
 from sinssim.experiments.run.run_result import Part
+from sinssim.experiments.run.summary_types import ErrorNumbers
 from sinssim.simulation.navigation_stage import Navigated, recorded_start
 from sinssim.simulation.truth_and_sensors import RecordedMotion
 from sinssim.units import fixed, number_text, signed
 
 if TYPE_CHECKING:
-    from sinssim.experiments.run.summary_types import ErrorNumbers
     from sinssim.simulation.recorded_filter_run import OutageErrors
 
 

@@ -1,7 +1,4 @@
-"""Where the motion of some runs comes from: a track, [track], or recorded sensors, [log]; and the gravity along it.
-
-Of a track, the fit; of recorded sensors, what the solutions are compared with, and what the filter estimates.
-"""
+"""Where the motion of some runs comes from: a track, [track], or recorded sensors, [log]; and the gravity along it."""
 
 from __future__ import annotations
 
@@ -14,8 +11,9 @@ import numpy as np
 
 from sinssim import rotation
 from sinssim.charts import PAIR, WIDE, Axis, Chart, Charts, Line, Rule, over
-from sinssim.data import NavState
+from sinssim.data import NavSolution, NavState
 from sinssim.earth.ellipsoids import WGS84
+from sinssim.estimation import Estimate
 from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
 from sinssim.experiments.run.error_exhibits import (
     Compared,
@@ -38,6 +36,7 @@ from sinssim.experiments.run.motion_exhibits import (
 )
 from sinssim.experiments.run.run_result import Part
 from sinssim.experiments.run.sensor_exhibits import recorded_readings
+from sinssim.experiments.run.summary_types import ErrorNumbers, LogNumbers, RunSummary
 from sinssim.recording import style
 from sinssim.recording import track_map as maps
 from sinssim.recording.result import Json
@@ -46,18 +45,14 @@ from sinssim.recording.style import thinned
 from sinssim.recording.track_map import NOTE, track_map
 from sinssim.simulation.navigation_stage import Navigated
 from sinssim.simulation.truth_and_sensors import RecordedMotion, Truth
-from sinssim.truth.true_gravity_disturbance import Disturbed
+from sinssim.simulation.truth_comparison import Aided
+from sinssim.strapdown.navigation_error import NavError
+from sinssim.truth.true_gravity_disturbance import Disturbed, GravityValues, gravity_numbers, gravity_values
 from sinssim.units import ARCSEC, DEG, LENGTH_SCALE, MGAL, UG, Scale, duration_words, fixed, number_text, suiting
 
 if TYPE_CHECKING:
-    from sinssim.data import NavSolution
-    from sinssim.estimation import Estimate
-    from sinssim.experiments.run.summary_types import ErrorNumbers, LogNumbers, RunSummary
     from sinssim.logs.recorded_log import RecordedLog
-    from sinssim.simulation.truth_comparison import Aided
-    from sinssim.strapdown.navigation_error import NavError
     from sinssim.truth.track_curve import TrackFit
-    from sinssim.truth.true_gravity_disturbance import GravityValues
 
 
 @dataclass(frozen=True)
@@ -141,14 +136,10 @@ class TrueGravity(Part[Mapping[str, Json]]):
     @cached_property
     def values(self) -> GravityValues:
         """The field along the motion."""
-        from sinssim.truth.true_gravity_disturbance import gravity_values
-
         return gravity_values(self._motion)
 
     def numbers(self) -> Mapping[str, Json]:
         """Return deflections and anomalies along the motion, for `summary.json`."""
-        from sinssim.truth.true_gravity_disturbance import gravity_numbers
-
         return gravity_numbers(self._motion)
 
     def streams(self) -> Iterator[Stream]:

@@ -236,13 +236,10 @@ def _errors(error: NavError, end: int, begin: int | None) -> PhaseErrors:
 
 @dataclass(frozen=True)
 class Phases(Part[PhasesEntry]):
-    """The phases of a run's mission.
-
-    Attributes:
-        budgets: the covariance budget of the inertial solutions and of the aided one, or why there is none.
-    """
+    """The phases of a run's mission."""
 
     name, title, takes_long = "phases", "What each phase added", True
+    # the covariance budget of the inertial solutions and of the aided one, or why there is none
     budgets: Mapping[str, BudgetResult | str] = field(default_factory=dict)
 
     @classmethod

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, NotRequired, TypedDict
+from typing import Literal, NotRequired, TypedDict
 
 import numpy as np
 
@@ -17,15 +17,13 @@ from sinssim.experiments.run.run_result import Part, side_by_side
 from sinssim.experiments.run.summary_types import ErrorNumbers, Number
 from sinssim.recording.streams import Stream, other_error_stream
 from sinssim.scenario.plan_summary import redundant_words
+from sinssim.sensors.fault_detection import Alarm, Monitored
+from sinssim.sensors.sensor_set_readings import unmonitored
 from sinssim.sensors.sensor_set_section import Redundant, dilution
 from sinssim.simulation.navigation_stage import Navigated, what_if
-from sinssim.strapdown.navigation_error import error_numbers
+from sinssim.strapdown.navigation_error import NavError, error_numbers
 from sinssim.truth.sampling import FlightEvent
 from sinssim.units import capital, fixed, number_text, signed
-
-if TYPE_CHECKING:
-    from sinssim.sensors.fault_detection import Alarm, Monitored
-    from sinssim.strapdown.navigation_error import NavError
 
 UNITS = {"gyro": ("deg_h", "deg/h", units.DEG_H), "accel": ("ug", "µg", units.UG)}
 """Unit of a fault: in a key, in words, and its size in SI."""
@@ -89,8 +87,6 @@ class Redundancy(Part[RedundancyNumbers]):
 
         None if no sensor was excluded, because the solution is then the same, or if there is no solution with them.
         """
-        from sinssim.sensors.sensor_set_readings import unmonitored
-
         of, readings = self.run.scenario.imu.sensor_set, self.run.sensed.readings
         assert isinstance(of, Redundant)
         if not self.run.solutions or not any(kind.excluded for kind in readings.monitored):
