@@ -31,7 +31,7 @@ from sinssim.charts import Axis, Bars, Chart, Charts, Dots, Line, Mark, Remark, 
 from sinssim.data import Array, ImuData, html_table, short_repr
 from sinssim.errors import InputError
 from sinssim.exhibits import Column, Exhibits, Item, Section, Sentence, Table
-from sinssim.recording.result import Media, Result, write_shown
+from sinssim.recording.result import Media, Result, plain, write_shown
 from sinssim.recording.streams import Stream, imu_stream
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.imu.imu_section import Imu
@@ -174,13 +174,8 @@ def _with_expected_errors(
     )
 
 
-def _plain(value: Array) -> float | None:
-    number = float(value)
-    return number if math.isfinite(number) else None
-
-
-def _by_name(angles: Angles, unit: float) -> dict[str, float | None]:
-    return {name: _plain(np.asarray(value) / unit) for name, value in zip(Angles._fields, angles, strict=True)}
+def _by_name(angles: Angles, unit: float) -> dict[str, float]:
+    return {name: float(value) / unit for name, value in zip(Angles._fields, angles, strict=True)}
 
 
 _INSTANTS = 1000
@@ -405,9 +400,9 @@ def to_json(result: AlignmentResult) -> dict[str, Any]:
         "method": result.method,
         "duration_s": result.duration,
         "samples": result.samples,
-        **{f"{name}_deg": _plain(getattr(d, name) / DEG) for name in Angles._fields},
-        "earth_rate_deg_h": _plain(d.earth_rate / DEG_H),
-        "gravity_mps2": _plain(d.gravity),
+        **{f"{name}_deg": float(getattr(d, name)) / DEG for name in Angles._fields},
+        "earth_rate_deg_h": float(d.earth_rate) / DEG_H,
+        "gravity_mps2": float(d.gravity),
         "warnings": list(d.warnings),
     }
     if result.residual is not None:
@@ -424,7 +419,7 @@ def to_json(result: AlignmentResult) -> dict[str, Any]:
         }
     if result.crossing is not None:
         numbers["bias_takes_over_s"] = _by_name(result.crossing, 1.0)
-    return numbers
+    return dict(plain(numbers))
 
 
 class AlignmentMedia(Media[AlignmentResult]):

@@ -243,7 +243,8 @@ def linearise(
     measured = [_sums(imu.dtheta, task.dwells.rows), _sums(imu.dvel, task.dwells.rows)]
     residual = [measured[0] - length * spin, measured[1] - length * force]
     of_table = [_of_dwells(c, spin, task.earth_rate, length), _of_dwells(c, force, task.force, length)]
-    additive = _additive(tilt, position, axes)
+    # what converts changes of the errors of the table to rotations, (1 + P + (P − 1), 3, 3)
+    additive = np.concatenate([right_jacobian(-tilt)[None], right_jacobian(position), right_jacobian(-axes)])
     lengths = [length[:, 0], length[:, 0]]
     if rates and len(position) > 1:
         turned = _sums(imu.dtheta, task.dwells.turns)
@@ -257,11 +258,6 @@ def linearise(
     of_table[0], lengths[0] = of_table[0][order], lengths[0][order]
     design = [_design(task, triad, measured[i], lengths[i]) for i, triad in enumerate(("gyro", "accel"))]
     return (residual[0], residual[1]), (design[0], design[1]), (of_table[0], of_table[1])
-
-
-def _additive(tilt: Array, position: Array, axes: Array) -> Array:
-    """Return the blocks that convert changes of the errors of the table to rotations, (1 + P + (P − 1), 3, 3)."""
-    return np.concatenate([right_jacobian(-tilt)[None], right_jacobian(position), right_jacobian(-axes)])
 
 
 def _times(jacobian: Array, blocks: Array) -> Array:

@@ -125,25 +125,17 @@ def _axis(c: Matrix, i: int) -> Vector:
 
 
 @inline
-def _turn_effects(of: Assumed, data: Sequence, k: int, c: Matrix, u: Array) -> None:
-    """Add −½ C δω T of the gyros' parameters to the attitude: half before and half after its effect on the velocity."""
+def _effects(of: Assumed, data: Sequence, k: int, c: Matrix, u: Array, of_triad: int) -> None:
+    """Add −½ C δω T of the gyros' parameters to the attitude, half before and half after its effect on the velocity, or
+    −C δf T of the accelerometers' parameters to the velocity."""
     dt = data.time[k + 1] - data.time[k]
     for n in range(of.codes.shape[0]):
         kind, triad, i, j = of.codes[n, 0], of.codes[n, 1], of.codes[n, 2], of.codes[n, 3]
-        if triad == 0:
-            reading = dt if kind == BIAS else data.dtheta[k, j]
-            keep_column(u, 0, n, along(column(u, 0, n), -0.5 * reading, _axis(c, i)))
-
-
-@inline
-def _push_effects(of: Assumed, data: Sequence, k: int, c: Matrix, u: Array) -> None:
-    """Add −C δf T of the accelerometers' parameters to the velocity."""
-    dt = data.time[k + 1] - data.time[k]
-    for n in range(of.codes.shape[0]):
-        kind, triad, i, j = of.codes[n, 0], of.codes[n, 1], of.codes[n, 2], of.codes[n, 3]
-        if triad == 1:
+        if triad == of_triad:
             reading = dt if kind == BIAS else data.arm_pull[k, i, j] if kind == ARM else data.dvel[k, j]
-            keep_column(u, 3, n, along(column(u, 3, n), -reading, _axis(c, i)))
+            if triad == 0:
+                reading = 0.5 * (dt if kind == BIAS else data.dtheta[k, j])
+            keep_column(u, 3 * triad, n, along(column(u, 3 * triad, n), -reading, _axis(c, i)))
 
 
 @inline
@@ -175,10 +167,10 @@ def _navigate_step(
             for j in range(3):
                 turned[i, j] += dt * c[3 * i + j]
         force = add(force, f)
-        _turn_effects(of, data, k, c, u)
-        _push_effects(of, data, k, c, u)
+        _effects(of, data, k, c, u, 0)
+        _effects(of, data, k, c, u, 1)
         _carry(of, dt, c, f, u)
-        _turn_effects(of, data, k, c, u)
+        _effects(of, data, k, c, u, 0)
     return x, force
 
 

@@ -328,22 +328,6 @@ def _tests(monitored: Monitored) -> Iterator[Vector]:
     yield Vector(f"{monitored.kind}_used", columns, monitored.used.astype(np.float64))
 
 
-def other_error_stream(name: str, error: NavError) -> Stream:
-    """Return a stream of errors, n+1 rows, of a solution for comparison, which has no streams of its own:
-    "error_without_monitoring" if a redundant set's faulty sensors had been used; "error_without_errors_of_turns" if the
-    gyros beside a platform had no errors that act in turns only; "error_without_rotation" if the block of the same
-    sensors did not turn."""
-    return Stream(
-        name,
-        error.time,
-        (
-            Vector("position", ("position_n_m", "position_e_m", "position_d_m"), error.position_ned),
-            Vector("velocity", ("velocity_n_mps", "velocity_e_mps", "velocity_d_mps"), error.velocity_ned),
-            Vector("attitude", ("phi_n_rad", "phi_e_rad", "phi_d_rad"), error.attitude),
-        ),
-    )
-
-
 def rotation_stream(encoders: Encoders) -> Stream:
     """Return the stream `rotation`, N+1 rows: true and read angles of a block that turns."""
     e = encoders
@@ -385,7 +369,10 @@ def nav_stream(name: str, solution: NavSolution) -> Stream:
 
 
 def error_stream(name: str, error_at: Callable[[slice], NavError], time: Array) -> Stream:
-    """Return the stream `error_<algorithm>`: n+1 rows. `time`: (N+1,) s."""
+    """Return the stream `error_<name>`, n+1 rows, of a solution, or of one for comparison that has no other streams:
+    "without_monitoring" if a redundant set's faulty sensors had been used; "without_errors_of_turns" if the gyros
+    beside a platform had no errors that act in turns only; "without_rotation" if the block of the same sensors did not
+    turn."""
     # the three vectors of a block, of which two threads write, are computed together
     block = lru_cache(maxsize=2)(lambda start, stop: error_at(slice(start, stop)))
 

@@ -202,15 +202,14 @@ class Drawing:
             self.text(*place, words, color, "middle" if level else "start")
 
     def arc(
-        self, centre: Point, radius: float, first: float, last: float, color: str = "", *, head: bool = False,
-        flat: float = 1.0,
-    ) -> None:  # fmt: skip
+        self, centre: Point, radius: float, first: float, last: float, color: str = "", *, flat: float = 1.0
+    ) -> None:
         """Draw an arc about a point, px, between two directions, counter-clockwise from the right, rad, in a CSS
         colour, "" for that of axes. Of an ellipse, the radius is the half axis to the right, `flat` the upright one
         over it, and the directions are the angles of its parameter."""
         turn = np.linspace(first, last, 2 + int(abs(last - first) * 20.0))
         x, y = centre[0] + radius * np.cos(turn), centre[1] - flat * radius * np.sin(turn)
-        self.line(list(zip(x.tolist(), y.tolist(), strict=True)), color, head=head)
+        self.line(list(zip(x.tolist(), y.tolist(), strict=True)), color, head=False)
 
     def svg(self) -> str:
         """Return the drawing as an SVG element."""

@@ -155,8 +155,6 @@ def test_errors_of_a_solution() -> None:
     assert (found.name, groups(found), columns(found)) == ("error_euler", GROUPS, ERRORS)
     assert list(columns(found)) == list(ERRORS)
     assert found.vectors[1].values[1:2].tolist() == [[6.01, 6.02, 6.03]]
-    other = streams.other_error_stream("error_without_rotation", ERROR)
-    assert (other.name, groups(other), columns(other)) == ("error_without_rotation", GROUPS, ERRORS)
 
 
 def test_a_turning_block_and_a_platform() -> None:

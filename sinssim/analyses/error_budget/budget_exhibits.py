@@ -24,7 +24,7 @@ from sinssim.charts import TIME, Axis, Bars, Chart, Charts, Line, Mark, Shares
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.exhibits import Column, Exhibits, Interactive, Item, Section, Sentence, Table, Verdict, four_digits
-from sinssim.recording.result import Json, Media, versions, write_shown
+from sinssim.recording.result import Json, Media, plain, versions, write_shown
 from sinssim.recording.streams import Stream, Vector, write_table
 from sinssim.recording.track_map import NOTE, Spread, track_map
 from sinssim.scenario.plan_summary import named_places
@@ -391,7 +391,7 @@ def to_json(result: BudgetResult, answers: Sequence[Answer] = (), times: Sequenc
     """Return a budget as plain numbers with units in the names, with `times`, s, in the table beside the usual ones."""
     hours = float(result.time[-1]) / 3600.0
     sigma, bias, cep, r95 = result.sigma(), result.bias, result.cep, result.r95
-    return {
+    contents: dict[str, Json] = {
         "name": result.scenario.name,
         "description": result.scenario.description,
         "solution": result.solution,
@@ -414,6 +414,7 @@ def to_json(result: BudgetResult, answers: Sequence[Answer] = (), times: Sequenc
         **({"waypoints": [_waypoint(miss) for miss in result.waypoints]} if result.waypoints else {}),
         "versions": versions(),
     }
+    return dict(plain(contents))
 
 
 def _waypoint(miss: PredictedMiss) -> dict[str, Json]:
@@ -426,10 +427,6 @@ def _components(values: Array) -> dict[str, float]:
     return {f"{name}_{unit}": float(value) for name, unit, value in heads}
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
 def _source(result: BudgetResult, improvement: Improvement) -> dict[str, Json]:
     """Return a source with its effect at the end."""
     source, random = improvement.source, improvement.source.kind == "random"
@@ -438,7 +435,7 @@ def _source(result: BudgetResult, improvement: Improvement) -> dict[str, Json]:
         "label": source.label,
         "group": source.group,
         "kind": source.kind,
-        "value": _finite(source.value),
+        "value": source.value,
         "unit": source.unit,
         "r95_alone_m": improvement.alone,
         "r95_gain_if_halved_m": improvement.gain,
@@ -452,9 +449,9 @@ def _allowance(allowance: Allowance, size: float) -> dict[str, Json]:
     return {
         "sources": [source.name for source in allowance.sources],
         "possible": allowance.possible,
-        "factor": _finite(allowance.factor),
+        "factor": allowance.factor,
         "largest": [
-            {"value": _finite(value), "unit": source.unit}
+            {"value": value, "unit": source.unit}
             for source, value in zip(allowance.sources, allowance.values, strict=True)
         ],
         "without_them": allowance.without / size,
@@ -478,7 +475,7 @@ def _answer(answer: Answer) -> dict[str, Json]:
         "after_fixes_end_s": verdict.after_fixes_end_s,
         "sources": [_allowance(allowance, size) for allowance in answer.allowances],
         "free_together": None if answer.joint is None else _allowance(answer.joint, size),
-        "factor_of_all_sources": _finite(answer.everything.factor),
+        "factor_of_all_sources": answer.everything.factor,
     }
 
 

@@ -209,7 +209,8 @@ def guess_files(tables: list[TextTable], *, unit_known: bool = False, lasts: flo
     neither: list[InputError] = []
     lacking: list[InputError] = []
     gravity = next(((table, of_gravity) for table in tables if (of_gravity := gravity_in(table)) is not None), None)
-    alone = None if gravity is None or not _is_gravity_alone(gravity[0]) else gravity[0]
+    # a file of gravity is named so; one that holds nothing else has one triad
+    alone = None if gravity is None or len(triads(gravity[0].words)) != 1 else gravity[0]
     for table in tables:
         if table is alone:
             continue
@@ -288,11 +289,6 @@ def _longest_fixes(tables: list[TextTable]) -> float | None:
 def _named(table: TextTable, what: str) -> bool:
     """Return whether the names of a file say that it has a triad: "gyro" or "accel"."""
     return any({quantity((table.words or ())[k]) for k in three} == {what} for three in triads(table.words))
-
-
-def _is_gravity_alone(table: TextTable) -> bool:
-    """Return whether a file of gravity holds nothing else: it is named so, and has one triad."""
-    return len(triads(table.words)) == 1
 
 
 def _split(tables: list[TextTable]) -> tuple[list[TextTable], list[str]]:

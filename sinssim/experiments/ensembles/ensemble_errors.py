@@ -11,7 +11,7 @@ import tempfile
 import threading
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -279,17 +279,7 @@ class StoredErrors(KeptErrors):
     ) -> None:  # fmt: skip
         """Begin with all values missing; the file in `folder` disappears with this object."""
         runs = empty(count, 0, keys, blocks, sensors, path)
-        super().__init__(
-            runs.number,
-            runs.seed,
-            runs.end,
-            runs.failure,
-            runs.values,
-            runs.final,
-            runs.blocks,
-            runs.sensors,
-            path=runs.path,
-        )
+        super().__init__(**{part.name: getattr(runs, part.name) for part in fields(KeptErrors)})
         self._epochs = epochs
         self._place = {name: place for place, name in enumerate(self.names)}
         self._spans = spans_of(count, epochs)

@@ -515,6 +515,18 @@ class RunMedia(Media[Run]):
 class PlaneMedia(Media[PlaneRun]):
     """Exhibits and files of a run in a vertical plane."""
 
+    def streams(self, result: PlaneRun) -> Iterator[Stream]:
+        raise InputError(
+            "a run with [one_component] has its streams in its run directory alone: run it with one, and read "
+            "streams/*.parquet."
+        )
+
+    def figure(self, result: PlaneRun, quantity: str | None = None) -> Any:
+        raise InputError(
+            f"the run {result.scenario.name} has no solution in three dimensions with errors to draw; its report and "
+            "its recording show what it has."
+        )
+
     def exhibits(self, result: PlaneRun) -> Exhibits:
         from sinssim.experiments.run.one_component_exhibits import plane_exhibits
 

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Self, TypeVar
 
 from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Line, Mark, Weight, over
 from sinssim.data import Array, NavSolution, html_table
-from sinssim.errors import InputError
 from sinssim.exhibits import Item
 from sinssim.recording.result import Media, Result, plain
-from sinssim.recording.streams import Stream, Streams
+from sinssim.recording.streams import Stream
 from sinssim.scenario import Scenario
 from sinssim.simulation.navigation_stage import Navigated
 from sinssim.simulation.truth_and_sensors import RecordedMotion, Sensed, Truth
@@ -139,35 +138,6 @@ class PlaneRun(Result):
     summary: dict[str, Any] = field(default_factory=dict)
     directory: Path | None = None
     media: Media[PlaneRun] = field(kw_only=True, repr=False, compare=False)
-
-    @property
-    def streams(self) -> Streams:
-        """Its streams are in its run directory alone.
-
-        Raises:
-            InputError: always.
-        """
-        raise InputError(
-            "a run with [one_component] has its streams in its run directory alone: run it with one, and read "
-            "streams/*.parquet."
-        )
-
-    def plot(self, quantity: str | None = None) -> Any:
-        """Its errors are drawn in its report and its recording alone.
-
-        Args:
-            quantity: without effect.
-
-        Returns:
-            Nothing: it always raises.
-
-        Raises:
-            InputError: always.
-        """
-        raise InputError(
-            f"the run {self.scenario.name} has no solution in three dimensions with errors to draw; its report and its "
-            "recording show what it has."
-        )
 
     def __repr__(self) -> str:
         return _in_words(self.scenario.name, self.summary, with_filter=False)

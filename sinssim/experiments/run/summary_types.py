@@ -275,18 +275,12 @@ class RunFacts(TypedDict):
     own_content: NotRequired[list[FileNumbers]]
 
 
-class RunSummary(RunFacts):
+class RunSummary(RunFacts, StageEntries):
     """The contents of `summary.json`; the entries of what only some runs have are those of the parts."""
 
     start_s: float
     end_s: float
-    flight_cached: NotRequired[bool | None]
-    not_attained: NotRequired[list[str]]
     flagged_samples: dict[str, int]
     algorithms: dict[str, ErrorNumbers]
-    singularities: dict[str, list[PassageNumbers]]
-    failures: dict[str, FailureNumbers]
-    filter: NotRequired[FilterNumbers]
-    requirements: NotRequired[list[RequirementNumbers]]
     log: NotRequired[LogNumbers]
     one_component: NotRequired[PlaneNumbers]

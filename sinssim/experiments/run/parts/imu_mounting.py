@@ -16,7 +16,7 @@ from sinssim.data import Array, ImuData
 from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
 from sinssim.experiments.run.run_result import Part, side_by_side
 from sinssim.experiments.run.summary_types import ErrorNumbers, Number
-from sinssim.recording.streams import Stream, other_error_stream, platform_stream, rotation_stream
+from sinssim.recording.streams import Stream, error_stream, platform_stream, rotation_stream
 from sinssim.sensors.imu.emulation import digital, emulate
 from sinssim.sensors.imu.rotation_encoder import Encoders, encoders_of
 from sinssim.sensors.imu.size_effect import rectified
@@ -149,8 +149,8 @@ class OnPlatform(Part[PlatformNumbers]):
     def streams(self) -> Iterator[Stream]:
         """Yield what the platform did, and the errors of gyros without errors of turns."""
         yield platform_stream(self.solution)
-        if self.without_errors_of_turns is not None:
-            yield other_error_stream("error_without_errors_of_turns", self.without_errors_of_turns)
+        if (error := self.without_errors_of_turns) is not None:
+            yield error_stream("without_errors_of_turns", error.at, error.time)
 
     def brief(self, algorithms: Mapping[str, ErrorNumbers]) -> Iterator[Item]:
         """Yield the rates, and the errors of the same sensors on the platform and strapped down."""
@@ -379,7 +379,7 @@ class Rotation(Part[RotationNumbers]):
         """Yield the angles, and the errors without the rotation."""
         yield rotation_stream(self.encoders)
         if self.without_rotation is not None:
-            yield other_error_stream("error_without_rotation", self.without_rotation)
+            yield error_stream("without_rotation", self.without_rotation.at, self.without_rotation.time)
 
     def brief(self, algorithms: Mapping[str, ErrorNumbers]) -> Iterator[Item]:
         """Yield the effect of the rotation on the first algorithm with a solution."""

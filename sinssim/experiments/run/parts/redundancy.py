@@ -15,7 +15,7 @@ from sinssim.data import Array
 from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
 from sinssim.experiments.run.run_result import Part, side_by_side
 from sinssim.experiments.run.summary_types import ErrorNumbers, Number
-from sinssim.recording.streams import Stream, other_error_stream
+from sinssim.recording.streams import Stream, error_stream
 from sinssim.scenario.plan_summary import redundant_words
 from sinssim.sensors.fault_detection import Alarm, Monitored
 from sinssim.sensors.sensor_set_readings import unmonitored
@@ -102,7 +102,7 @@ class Redundancy(Part[RedundancyNumbers]):
     def streams(self) -> Iterator[Stream]:
         """Yield the errors without monitoring, if they are others."""
         if self.without_monitoring is not None:
-            yield other_error_stream("error_without_monitoring", self.without_monitoring)
+            yield error_stream("without_monitoring", self.without_monitoring.at, self.without_monitoring.time)
 
     def events(self) -> Iterator[FlightEvent]:
         """Yield the detection of each fault, and the exclusion of its sensor."""
