@@ -29,6 +29,7 @@ from sinssim.logs.recorded_streams import (
     SolutionStream,
     bridge_noise,
     gap_words,
+    geoid_height,
     made_increments,
 )
 from sinssim.logs.reference_solution import Reference
@@ -383,7 +384,7 @@ def _fixes(
     if stream.datum == "mean sea level" and not gnss.geoid_height_m:
         words.append(
             f"{gnss.file} has heights above mean sea level, and geoid_height_m is 0: they are taken for heights "
-            "above the ellipsoid."
+            f"above the ellipsoid. The geoid of EGM2008 is {geoid_height(stream) or 0.0:.1f} m above it there."
         )
     return _picked(stream, at, rows, gnss.geoid_height_m), tuple(words)
 

@@ -138,6 +138,17 @@ class SolutionStream:
         return len(self.time)
 
 
+def geoid_height(stream: FixStream | SolutionStream) -> float | None:
+    """Return the height of the geoid above the ellipsoid in the middle of a stream, m; None without a position."""
+    from sinssim.earth.gravity_disturbance import geoid_along  # needs the compiler
+
+    known = np.flatnonzero(np.abs(stream.latitude) + 0.0 * stream.longitude <= 0.5 * np.pi)
+    if not len(known):
+        return None
+    k = known[len(known) // 2]
+    return float(geoid_along(stream.latitude[k : k + 1], stream.longitude[k : k + 1])[0])
+
+
 @dataclass(frozen=True)
 class OtherStream:
     """Readings of another aiding sensor."""

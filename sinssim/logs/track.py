@@ -20,7 +20,7 @@ from sinssim.data import Array
 from sinssim.earth.ellipsoids import Ellipsoid, normal
 from sinssim.errors import InputError, shortened, unknown_name
 from sinssim.logs.formats.registry import FORMATS, candidates, detect, format_of, read_file
-from sinssim.logs.recorded_streams import FixStream, SolutionStream, Streams
+from sinssim.logs.recorded_streams import FixStream, SolutionStream, Streams, geoid_height
 from sinssim.system.files import open_file
 from sinssim.toml_section import Heading, Keys, LeverArm, Speed
 from sinssim.truth.motion import NORMAL_EARTH, Motion, Mounting, TrueEarth
@@ -269,7 +269,7 @@ def _about_heights(stream: SolutionStream | FixStream, track: Track) -> tuple[st
     what = "are above mean sea level" if stream.datum == "mean sea level" else "have an unknown datum"
     return (
         f"The file's heights {what}; they are taken as heights above the ellipsoid. track.height_offset_m adds the "
-        "height of the geoid there.",
+        f"height of the geoid there, {geoid_height(stream) or 0.0:.1f} m in EGM2008.",
     )
 
 

@@ -16,6 +16,7 @@ from sinssim.earth.gravity_disturbance import (
     DisturbanceAlong,
     DisturbingField,
     disturbance_along,
+    geoid_along,
     less_normal,
     normal_zonals,
 )
@@ -65,6 +66,15 @@ def test_undulation_of_one_zonal() -> None:
     potential = float(field.potential_and_gradient(r)[0])
     expected = (potential - (62636855.69 - 62636851.7146)) / float(earth.surface_gravity(latitude))
     assert float(field.undulation(latitude, 0.3)) == pytest.approx(expected, rel=1e-4)
+
+
+def test_the_geoid_along_a_path_is_that_of_its_points() -> None:
+    """Along 700 km in the Himalaya in steps of 70 m, to the millimetre; at rest it is one number."""
+    latitude, longitude = np.radians(np.linspace(25.0, 31.0, 10_001)), np.radians(np.linspace(85.0, 87.0, 10_001))
+    expected = DisturbingField(shipped()).undulation(latitude[::97], longitude[::97])
+    np.testing.assert_allclose(geoid_along(latitude, longitude)[::97], expected, atol=1e-3)
+    still = geoid_along(np.full(3, latitude[0]), np.full(3, longitude[0]))
+    np.testing.assert_allclose(still, np.full(3, expected[0]), rtol=1e-15)
 
 
 def test_the_degrees_above_one() -> None:

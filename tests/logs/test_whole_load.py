@@ -251,7 +251,8 @@ def test_heights_above_mean_sea_level_are_noted(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(recorded, "fix_stream", lambda gnss: (stream, None, ("a note",)))
     monkeypatch.setattr(recorded, "_run_time", lambda *given: given[-1] + 0.5)
     noted = "f.pos has heights above mean sea level, and geoid_height_m is 0: they are taken for heights above the "
-    for geoid, words in ((0.0, ("a note", f"{noted}ellipsoid.")), (45.5, ("a note",))):
+    noted += "ellipsoid. The geoid of EGM2008 is -4.4 m above it there."
+    for geoid, words in ((0.0, ("a note", noted)), (45.5, ("a note",))):
         gnss: Any = SimpleNamespace(file="f.pos", geoid_height_m=geoid)
         clock: Any = None
         fixes, said = recorded._fixes(gnss, clock, 0.0, (0.0, 2.0), (0.0, 2.0))

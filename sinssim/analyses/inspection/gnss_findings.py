@@ -14,7 +14,7 @@ from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact, sp
 from sinssim.analyses.inspection.velocity_match import scatter
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import ELLIPSOIDS
-from sinssim.logs.recorded_streams import FixStream
+from sinssim.logs.recorded_streams import FixStream, geoid_height
 
 Mask = NDArray[np.bool_]
 
@@ -38,13 +38,14 @@ def fix_findings(fixes: FixStream, delay: float) -> list[Finding]:
         ]
         of_code = {int(c): int(n) for c, n in zip(codes, counts, strict=True)}
         findings.append(fact("fixes", f"Quality: {', '.join(words)}.", codes=of_code))
-    if fixes.datum != "ellipsoid":
+    geoid = geoid_height(fixes)
+    if fixes.datum != "ellipsoid" and geoid is not None:
         findings.append(
             doubt(
                 "fixes",
                 f"The heights refer to {'an unknown surface' if fixes.datum == 'unknown' else 'mean sea level'}.",
-                "Give the height of the geoid above the ellipsoid if positions matter to better than some 50 m; "
-                "differences of heights are right without it.",
+                f"{'Give' if fixes.datum == 'mean sea level' else 'If it is mean sea level, give'} geoid_height_m = "
+                f"{geoid:.1f}, the geoid of EGM2008 there.",
             )
         )
     if fixes.position_sigma is None and fixes.covariance is None:

@@ -14,7 +14,7 @@ from sinssim.analyses.inspection.log_corrections import SHORTEST_STOP, bridges, 
 from sinssim.analyses.inspection.quiet_spans import IMPOSSIBLE, AtRest
 from sinssim.analyses.inspection.stream_inspection import Inspection
 from sinssim.analyses.inspection.velocity_match import Seen, seen
-from sinssim.logs.recorded_streams import Clock
+from sinssim.logs.recorded_streams import Clock, geoid_height
 from sinssim.sensors.aiding.gnss import WORST, first_course
 from sinssim.sensors.imu.grades import GRADE_TABLE
 from sinssim.units import DEG_H, DEG_SQRT_H, G0
@@ -93,7 +93,10 @@ def _gnss(inspection: Inspection, file: str, keys: dict[str, Any]) -> Iterator[s
     if inspection.velocity_delay is not None and abs(inspection.velocity_delay) > 1e-3:
         yield f"velocity_delay_s = {inspection.velocity_delay:.3f}  # velocities are older than positions"
     if inspection.fixes is not None and inspection.fixes.datum != "ellipsoid":
-        yield "# geoid_height_m = 0.0  # the geoid's height there, if the heights are above mean sea level"
+        geoid, sure = geoid_height(inspection.fixes), inspection.fixes.datum == "mean sea level"
+        why = "the heights are" if sure else "if the heights are"
+        key = f"{'' if sure and geoid is not None else '# '}geoid_height_m = {geoid or 0.0:.1f}"
+        yield f"{key}  # the geoid's height there (EGM2008), {why} above mean sea level"
     yield from (*_sigmas(inspection), *_quality(inspection), *_tables("log.gnss", keys))
 
 

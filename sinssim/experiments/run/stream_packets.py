@@ -383,7 +383,7 @@ def _fixes(link: Any, common: Any, of: Streamed, name: str, number: int) -> Iter
     """Yield the fixes of a receiver's antenna, twice: HIL_GPS and GPS_INPUT.
 
     HIL_GPS has no field for 1σ: eph and epv are 1σ in cm, the dilution of precision of ranges of 1 m. The heights are
-    those above the ellipsoid, because sinssim has no geoid.
+    those above the ellipsoid, which is the sea level of the air that the barometer measures.
     """
     arrival, f = of.fixes(name)
     ignored = common.GPS_INPUT_IGNORE_FLAG_HDOP | common.GPS_INPUT_IGNORE_FLAG_VDOP

@@ -22,11 +22,12 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from sinssim.data import Array
+from sinssim.earth.gravity_disturbance import GEOID_WORDS, geoid_along
 from sinssim.errors import InputError, shortened
 from sinssim.logs.formats.export_streams import Content, Export
 from sinssim.logs.formats.registry import Format
 from sinssim.logs.gps_time import gps_seconds, unix_from_gps
-from sinssim.logs.recorded_streams import Clock, FixStream, Streams
+from sinssim.logs.recorded_streams import Clock, FixStream, HeightDatum, Streams
 from sinssim.system.files import open_file
 from sinssim.units import DEG
 
@@ -73,6 +74,10 @@ def of_file(path: Path, head: bytes, element: bytes) -> bool:
     return start.startswith(b"<") and b"<" + element in start
 
 
+_GPX_HEIGHTS = "ele", "geoidheight"
+"""The height above mean sea level, and that of the geoid above the ellipsoid."""
+
+
 def recognises_gpx(path: Path, head: bytes) -> bool:
     """Return whether a file with these first bytes may be GPX."""
     return of_file(path, head, b"gpx")
@@ -113,8 +118,12 @@ def read_gpx(path: Path) -> Streams:
         notes.append(f"{len(segments)} segments of {' + '.join(str(len(s)) for s in segments[:8])} points are joined.")
     if not all(zone for _, zone in filter(None, moments)):
         notes.append("Times without a time zone are taken as UTC.")
-    height = np.array([_gpx_number(point.findtext("ele")) for point in points])
-    fixes = FixStream(time - origin, place[:, 0] * DEG, place[:, 1] * DEG, height, "mean sea level")
+    height, geoid = (np.array([_gpx_number(point.findtext(name)) for point in points]) for name in _GPX_HEIGHTS)
+    complete = np.isfinite(geoid).any() and np.isfinite(geoid[np.isfinite(height)]).all()
+    datum: HeightDatum = "ellipsoid" if complete else "mean sea level"
+    if datum == "ellipsoid":
+        height += geoid
+    fixes = FixStream(time - origin, place[:, 0] * DEG, place[:, 1] * DEG, height, datum)
     return Streams(path, "gpx", Clock("utc", origin, "UTC of GPX"), fixes={"gnss": fixes}, notes=tuple(notes))
 
 
@@ -249,6 +258,11 @@ class Points:
     total: int  # number of samples of the stream
 
     @cached_property
+    def geoid(self) -> Array:
+        """Height of the geoid above the ellipsoid, (N,) m."""
+        return geoid_along(DEG * self.latitude, DEG * self.longitude)
+
+    @cached_property
     def sentence(self) -> str:
         """How many points are written."""
         if len(self.dates) == self.total:
@@ -277,15 +291,13 @@ def dates(content: Content, time: Array) -> list[str]:
     return [f"{date:%Y-%m-%dT%H:%M:%S}.{date.microsecond // 1000:03d}Z" for date in moments]
 
 
-HEIGHTS = (
-    "Heights are above the ellipsoid WGS-84; maps take them as above mean sea level, which differs by up to 110 m "
-    "(sinssim has no geoid model)."
-)
+HEIGHTS = f"Heights are above mean sea level, as maps take them. {GEOID_WORDS}"
 
 
 def write_gpx(content: Content, place: Path) -> list[str]:
     """Write the file."""
     p = path_points(content)
+    geoid = np.round(p.geoid, 4)
     name = escape(f"{content.run.name}: {content.solution_name}")
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
@@ -293,8 +305,11 @@ def write_gpx(content: Content, place: Path) -> list[str]:
         f"<metadata><name>{name}</name><desc>{escape(HEIGHTS)}</desc><time>{p.dates[0]}</time></metadata>",
         f"<trk><name>{name}</name><trkseg>",
         *(
-            f'<trkpt lat="{latitude:.9f}" lon="{longitude:.9f}"><ele>{height:.4f}</ele><time>{date}</time></trkpt>'
-            for latitude, longitude, height, date in zip(p.latitude, p.longitude, p.height, p.dates, strict=True)
+            f'<trkpt lat="{latitude:.9f}" lon="{longitude:.9f}"><ele>{height:.4f}</ele><time>{date}</time>'
+            f"<geoidheight>{undulation:.4f}</geoidheight></trkpt>"
+            for latitude, longitude, height, date, undulation in zip(
+                p.latitude, p.longitude, p.height - geoid, p.dates, geoid, strict=True
+            )
         ),
         "</trkseg></trk></gpx>",
     ]
@@ -308,7 +323,7 @@ def write_kml(content: Content, place: Path) -> list[str]:
     name = escape(f"{content.run.name}: {content.solution_name}")
     place_of = [
         f"{longitude:.9f} {latitude:.9f} {height:.4f}"
-        for longitude, latitude, height in zip(p.longitude, p.latitude, p.height, strict=True)
+        for longitude, latitude, height in zip(p.longitude, p.latitude, p.height - p.geoid, strict=True)
     ]
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',

@@ -2,8 +2,8 @@
 
 NMEA, read and written: GGA or GNS, RMC, VTG, GST, ZDA, HDT. Times are UTC of the day; RMC and ZDA give the date. The
 height is that above mean sea level plus the geoid's separation where the sentence has it, so that it is above the
-ellipsoid. Written are GGA and RMC for each instant, and HDT where there is an attitude; sinssim has no model of the
-geoid, so that GGA has the ellipsoidal height and a separation of 0.
+ellipsoid. Written are GGA and RMC for each instant, and HDT where there is an attitude. The geoid is that of
+`geoid_along`; height and separation of GGA add up to the height above the ellipsoid.
 
 $GPCHC (CGI-410, CGI-610): week, seconds, heading, pitch, roll [°], gyros x, y, z [°/s], accelerometers x, y, z [g],
 latitude, longitude [°], height [m], velocity east, north, up, speed [m/s], satellites, status, age, warning. Axes
@@ -27,6 +27,7 @@ import numpy as np
 
 from sinssim import rotation
 from sinssim.data import Array
+from sinssim.earth.gravity_disturbance import GEOID_WORDS, geoid_along
 from sinssim.errors import InputError
 from sinssim.logs.formats.export_streams import Content, Export
 from sinssim.logs.formats.registry import Format, library
@@ -220,12 +221,13 @@ def nmea_instants(content: Content) -> Iterator[tuple[float, str]]:
     unix = unix_from_gps(content.start_gps_s + s.time)
     heading = None if s.q_nb is None else rotation.euler_from_quaternion(s.q_nb)[2] / DEG
     quality = 1 if content.solution_name in content.run.fixes else 8
+    geoid = np.round(geoid_along(s.latitude, s.longitude), 4)
     for k in range(len(s)):
         ms = round(float(unix[k]) * 1e3)
         date = datetime(1970, 1, 1, tzinfo=UTC) + timedelta(milliseconds=ms)
         clock = f"{date:%H%M%S}.{ms % 1000:03d}"
         where = f"{_angle(s.latitude[k] / DEG, 2, 'NS')},{_angle(s.longitude[k] / DEG, 3, 'EW')}"
-        height = f"{s.height[k]:.4f},M,0.0,M,,"
+        height = f"{s.height[k] - geoid[k]:.4f},M,{geoid[k]:.4f},M,,"
         text = _sentence(f"GNGGA,{clock},{where},{quality},00,,{height}")
         course = ","
         if s.velocity_ned is not None:
@@ -245,7 +247,7 @@ def write_nmea(content: Content, place: Path) -> list[str]:
     s = content.solution
     return [
         f"{content.solution_name}: GGA and RMC{' and HDT' if s.q_nb is not None else ''}, {len(s)} instants.",
-        "The height is that above the ellipsoid, with a geoid separation of 0: sinssim has no geoid model.",
+        f"Heights are above mean sea level, with the geoid's separation beside them. {GEOID_WORDS}",
         "Times are UTC.",
     ]
 

@@ -107,7 +107,7 @@ rows = { "kind" = "a \"b\"" }
 file = "gnss.pos"
 format = "rtklib-pos"
 velocity_delay_s = 0.125  # velocities are older than positions
-# geoid_height_m = 0.0  # the geoid's height there, if the heights are above mean sea level
+geoid_height_m = 47.3  # the geoid's height there (EGM2008), the heights are above mean sea level
 position_sigma_m = [2.33, 2.33, 4.67]  # from the steps
 velocity_sigma_mps = [0.25, 0.25, 0.5]  # from the match with the inertial data
 quality_factors = { "4" = 1.0 }  # steps of the position contradict the σ of the other codes

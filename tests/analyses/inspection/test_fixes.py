@@ -12,6 +12,7 @@ import pytest
 from sinssim import earth
 from sinssim.analyses.inspection.gnss_findings import Delay, delay_findings, fix_findings
 from sinssim.analyses.inspection.stream_findings import Finding, doubt, fact, wrong
+from sinssim.earth.gravity_disturbance import geoid_along
 from sinssim.logs.recorded_streams import FixStream
 
 _COUNT = 40
@@ -78,17 +79,14 @@ def test_quality_datum_and_missing_sigmas() -> None:
         quality=quality, quality_words={1: "fixed", 2: "float"}, datum="mean sea level", position_sigma=None,
         velocity_ned=None,
     )  # fmt: skip
-    fix = (
-        "Give the height of the geoid above the ellipsoid if positions matter to better than some 50 m; differences of "
-        "heights are right without it."
-    )
+    fix = f"Give geoid_height_m = {geoid_along(fixes.latitude, fixes.longitude)[20]:.1f}, the geoid of EGM2008 there."
     expected = [
         fact("fixes", "Quality: fixed 72.5 %, float 25 %, code 7 2.5 %.", codes={1: 29, 2: 10, 7: 1}),
         doubt("fixes", "The heights refer to mean sea level.", fix),
         doubt("fixes", "The fixes have no standard deviations.", "Give the filter those of the receiver's datasheet."),
     ]
     assert _beside_the_place(fixes) == expected
-    unknown = doubt("fixes", "The heights refer to an unknown surface.", fix)
+    unknown = doubt("fixes", "The heights refer to an unknown surface.", f"If it is mean sea level, give{fix[4:]}")
     assert unknown in fix_findings(replace(fixes, datum="unknown"), 0.0)
 
 

@@ -31,7 +31,7 @@ from tests.logs.hand_run import (
     TIME,
     VELOCITY,
 )
-from tests.logs.writers.exported import DATES, NED_ENU, close, made, table
+from tests.logs.writers.exported import DATES, GEOID, NED_ENU, above_the_geoid, close, made, table
 
 
 @pytest.fixture(scope="module")
@@ -314,7 +314,7 @@ def test_nmea(run: Path, tmp_path: Path) -> None:
     said = made(run, "nmea", tmp_path / "out.nmea")
     assert said == [
         "truth: GGA and RMC and HDT, 4 instants.",
-        "The height is that above the ellipsoid, with a geoid separation of 0: sinssim has no geoid model.",
+        f"Heights are above mean sea level, with the geoid's separation beside them. {GEOID}",
         "Times are UTC.",
     ]
     place = [
@@ -323,16 +323,18 @@ def test_nmea(run: Path, tmp_path: Path) -> None:
     ]  # fmt: skip
     moments = [("235959.250", "010117"), ("235959.750", "010117"), ("000000.250", "020117"), ("000000.750", "020117")]
     motion = ["9.7192,306.8699", "19.4384,126.8699", "25.2700,67.3801", "33.0454,298.0725"]
-    heights, headings = ["81.7500", "82.5000", "-12.2500", "90.5000"], ["130.7500", "244.5000", "10.2500", "350.5000"]
+    heights = above_the_geoid([81.75, 82.5, -12.25, 90.5], [-33.5, -33.25, -33.125, -32.75], hand_run.LONGITUDE)
+    headings = ["130.7500", "244.5000", "10.2500", "350.5000"]
     expected = ""
     for (clock, date), where, height, moved, heading in zip(moments, place, heights, motion, headings, strict=True):
-        expected += nmea_sentence(f"GNGGA,{clock},{where},8,00,,{height},M,0.0,M,,")
+        expected += nmea_sentence(f"GNGGA,{clock},{where},8,00,,{height[0]},M,{height[1]},M,,")
         expected += nmea_sentence(f"GNRMC,{clock},A,{where},{moved},{date},,,S,V")
         expected += nmea_sentence(f"GNHDT,{heading},T")
     assert (tmp_path / "out.nmea").read_bytes().decode() == expected
     made(run, "nmea", tmp_path / "gnss.nmea", "gnss")
     lines = (tmp_path / "gnss.nmea").read_text().splitlines()
-    assert lines[0][:-3] == "$GNGGA,235959.750,3315.6000000,S,17952.8000000,E,1,00,,83.5000,M,0.0,M,,"
+    ((high, geoid),) = above_the_geoid([83.5], [-33.26], [179.88])
+    assert lines[0][:-3] == f"$GNGGA,235959.750,3315.6000000,S,17952.8000000,E,1,00,,{high},M,{geoid},M,,"
     assert lines[1][:-3] == "$GNRMC,235959.750,A,3315.6000000,S,17952.8000000,E,20.8000,127.4054,010117,,,A,V"
     assert len(lines) == 4
 
@@ -342,7 +344,7 @@ def test_a_rate_leaves_out_samples(run: Path, tmp_path: Path) -> None:
     done = export(run, "gpx", tmp_path / "out.gpx", start=hand_run.START, rate_hz=0.7)
     assert done.sentences[0] == "The path of truth: 2 of 4 points; --rate sets how many a second."
     text = (tmp_path / "out.gpx").read_text()
-    assert [date for date in DATES if f"<time>{date}</time></trkpt>" in text] == [DATES[0], DATES[3]]
+    assert [date for date in DATES if f"<time>{date}</time>" in text.partition("<trk>")[2]] == [DATES[0], DATES[3]]
     done = export(run, "csv", tmp_path / "half", start=hand_run.START, rate_hz=1.0)
     close(table(tmp_path / "half" / "truth.csv")[:, :1], TIME[::2])
     assert len(table(tmp_path / "half" / "imu.csv")) == 3

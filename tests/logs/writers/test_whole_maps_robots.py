@@ -14,9 +14,9 @@ from sinssim.data import Array
 from tests.logs import hand_run
 from tests.logs.formats.whole import attitude
 from tests.logs.hand_run import ACCEL, ANGLES, FIX, FIX_SIGMA, FIX_VELOCITY, GYRO, HEIGHT, LATITUDE, LONGITUDE, VELOCITY
-from tests.logs.writers.exported import DATES, NED_ENU, close, made, table
+from tests.logs.writers.exported import DATES, GEOID, NED_ENU, above_the_geoid, close, made, table
 
-NO_GEOID = "maps take them as above mean sea level, which differs by up to 110 m (sinssim has no geoid model)."
+HEIGHTS = f"Heights are above mean sea level, as maps take them. {GEOID}"
 
 
 @pytest.fixture(scope="module")
@@ -28,16 +28,17 @@ def test_kml(run: Path, tmp_path: Path) -> None:
     said = made(run, "kml", tmp_path / "out.kml")
     assert said == [
         "The path of truth: 4 points.",
-        f"Heights are above the ellipsoid WGS-84; {NO_GEOID}",
+        HEIGHTS,
         "Times are UTC.",
     ]
     names = {"k": "http://www.opengis.net/kml/2.2", "gx": "http://www.google.com/kml/ext/2.2"}
     document = ElementTree.parse(tmp_path / "out.kml").getroot()[0]
     assert document.findtext("k:name", "", names) == "mine: truth"
-    assert document.findtext("k:description", "", names) == f"Heights are above the ellipsoid WGS-84; {NO_GEOID}"
-    first = "179.750000000 -33.500000000 81.7500"
-    coordinates = [first, "179.875000000 -33.250000000 82.5000", "-179.875000000 -33.125000000 -12.2500",
-                   "-179.750000000 -32.750000000 90.5000"]  # fmt: skip
+    assert document.findtext("k:description", "", names) == HEIGHTS
+    places = ["179.750000000 -33.500000000", "179.875000000 -33.250000000", "-179.875000000 -33.125000000",
+              "-179.750000000 -32.750000000"]  # fmt: skip
+    heights = above_the_geoid(HEIGHT, LATITUDE, LONGITUDE)
+    coordinates = [f"{where} {height}" for where, (height, _) in zip(places, heights, strict=True)]
     start, end, path = document.findall("k:Placemark", names)
     for mark, word, k in ((start, "start", 0), (end, "end", 3)):
         assert mark.findtext("k:name", "", names) == word
@@ -54,21 +55,21 @@ def test_gpx(run: Path, tmp_path: Path) -> None:
     said = made(run, "gpx", tmp_path / "out.gpx")
     assert said == [
         "The path of truth: 4 points.",
-        f"Heights are above the ellipsoid WGS-84; {NO_GEOID}",
+        HEIGHTS,
         "Times are UTC.",
     ]
-    points = [("-33.500000000", "179.750000000", "81.7500"),
-              ("-33.250000000", "179.875000000", "82.5000"),
-              ("-33.125000000", "-179.875000000", "-12.2500"),
-              ("-32.750000000", "-179.750000000", "90.5000")]  # fmt: skip
+    points = [("-33.500000000", "179.750000000"), ("-33.250000000", "179.875000000"),
+              ("-33.125000000", "-179.875000000"), ("-32.750000000", "-179.750000000")]  # fmt: skip
+    heights = above_the_geoid(HEIGHT, LATITUDE, LONGITUDE)
     assert (tmp_path / "out.gpx").read_text() == (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
         '<gpx version="1.1" creator="sinssim" xmlns="http://www.topografix.com/GPX/1/1">\n'
-        f"<metadata><name>mine: truth</name><desc>Heights are above the ellipsoid WGS-84; {NO_GEOID}</desc>"
+        f"<metadata><name>mine: truth</name><desc>{HEIGHTS}</desc>"
         f"<time>{DATES[0]}</time></metadata>\n<trk><name>mine: truth</name><trkseg>\n"
         + "".join(
-            f'<trkpt lat="{latitude}" lon="{longitude}"><ele>{height}</ele><time>{date}</time></trkpt>\n'
-            for (latitude, longitude, height), date in zip(points, DATES, strict=True)
+            f'<trkpt lat="{latitude}" lon="{longitude}"><ele>{height}</ele><time>{date}</time>'
+            f"<geoidheight>{geoid}</geoidheight></trkpt>\n"
+            for (latitude, longitude), (height, geoid), date in zip(points, heights, DATES, strict=True)
         )
         + "</trkseg></trk></gpx>\n"
     )

@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 
 from sinssim import rotation
+from sinssim.earth.gravity_disturbance import DisturbingField
+from sinssim.earth.harmonic_coefficients import shipped
 from sinssim.errors import InputError
 from sinssim.logs.formats import rtklib
 from sinssim.logs.formats.export_streams import Exported, export
@@ -222,8 +224,11 @@ def test_gpx(run: RecordedRun, truth: SolutionStream, place: Path) -> None:
     assert root.attrib["version"] == "1.1"
     points = root.findall("g:trk/g:trkseg/g:trkpt", names)
     assert len(points) == 201
-    # the schema orders ele before time, and wants -180 <= lon < 180
-    assert [child.tag.rsplit("}")[1] for child in points[0]] == ["ele", "time"]
+    # the schema orders ele, time, geoidheight, and wants -180 <= lon < 180
+    assert [child.tag.rsplit("}")[1] for child in points[0]] == ["ele", "time", "geoidheight"]
+    stream = read_file(place).fixes["gnss"]
+    assert stream.datum == "ellipsoid"
+    assert np.abs(stream.height - truth.height[::5]).max() < 1e-4
     assert all(-180.0 <= float(p.attrib["lon"]) < 180.0 for p in points)
     assert float(points[10].attrib["lat"]) == pytest.approx(truth.latitude[50] / DEG, abs=1e-9)
 
@@ -296,7 +301,8 @@ def test_nmea_by_pynmeagps(run: RecordedRun, truth: SolutionStream, place: Path)
     assert len(gga) == 201  # 10 a second
     rows = np.arange(0, 1001, 5)
     assert np.abs(np.array([m.lat for m in gga]) - truth.latitude[rows] / DEG).max() < 1e-7 / 60.0
-    assert all(m.sep == 0.0 for m in gga)
+    geoid = DisturbingField(shipped()).undulation(truth.latitude[rows], truth.longitude[rows])
+    assert np.abs(np.array([m.sep for m in gga]) - geoid).max() < 1e-3
     stream = read_file(place).fixes["gnss"]
     assert np.abs(stream.height - truth.height[rows]).max() < 1e-4
     assert np.allclose(stream.time, truth.time[rows], rtol=0, atol=1e-9)
