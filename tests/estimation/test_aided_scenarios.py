@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sinssim.experiments.run.run_execution import run
-from sinssim.experiments.run.run_result import RunResult
+from sinssim.experiments.run.run_result import PlaneRun, Run
 from sinssim.scenario import Scenario, load_scenario
 from tests.slow import slow
 
@@ -25,7 +25,7 @@ def flown(name: str, legs: int, *overrides: str) -> Scenario:
     return s.model_copy(update={"flight": s.flight.model_copy(update={"legs": s.flight.legs[:legs]})})
 
 
-def within(result: RunResult, sigmas: float) -> bool:
+def within(result: Run | PlaneRun, sigmas: float) -> bool:
     """Say whether every state's error at the end lies within so many of its standard deviations."""
     found = result.aided.estimate
     known = found.sigma[-1] > 0.0

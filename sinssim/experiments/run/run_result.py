@@ -143,10 +143,6 @@ class PlaneRun(Result):
         return _in_words(self.scenario.name, self.summary, with_filter=False)
 
 
-RunResult = Run | PlaneRun
-"""What `run` returns."""
-
-
 def _in_words(name: str, summary: Mapping[str, Any], *, with_filter: bool) -> str:
     parts = [str(summary["status"]), f"{summary['start_s']:g} … {summary['end_s']:g} s"]
     parts += [", ".join(summary["algorithms"])] if summary.get("algorithms") else []

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
-from math import cos, factorial, floor, pi, sin
+from math import cos, sin
 from typing import Any
 
 import numpy as np
@@ -29,13 +29,6 @@ from sinssim.strapdown.attitude.quaternion import dcm_k, start_k, step_k
 from sinssim.strapdown.coning_sculling import FrameTurn, is_uniform, weight_table
 from sinssim.strapdown.coning_sculling import fitted_turn_k as turn_k
 from sinssim.strapdown.engine_assembly import parts
-
-_SINE = tuple((-1.0) ** k / factorial(2 * k + 1) for k in range(8))
-_COSINE = tuple((-1.0) ** k / factorial(2 * k) for k in range(9))
-"""Coefficients of the series up to x¹⁵ and x¹⁶: for |x| ≤ π/4 the next terms are below half a unit of rounding."""
-_TO_QUADRANTS, _WHOLE = 2.0 / pi, 1.5 * 2.0**52  # adding and subtracting 1.5·2⁵² rounds to a whole number
-_HIGH = floor(0.5 * pi * 2.0**32) / 2.0**32  # π/2 = high + low; whole numbers of quadrants times high are exact
-_LOW = 0.5 * pi - _HIGH + 0.5 * sin(pi)  # sin π of the number π is what π/2 lacks beyond its double, twice
 
 _COUNTED = 240
 _ROOM = 128  # matrices kept by the timed loop
@@ -74,22 +67,6 @@ def _dcm_by_functions_k(attitude: Any) -> Matrix:
         sh * cp, sh * u + ch * cr, sh * v - ch * sr,
         -sp, cp * sr, cp * cr,
     )  # fmt: skip
-
-
-@inline
-def sine_k(x: Any) -> Any:
-    """Sine to rounding, |x| up to some thousand, as a library computes it: reduction to ±π/4, then a polynomial."""
-    quadrant = (x * _TO_QUADRANTS + _WHOLE) - _WHOLE
-    y = (x - quadrant * _HIGH) - quadrant * _LOW
-    z = y * y
-    number = int(quadrant)
-    if number % 2 == 0:
-        tail = _SINE[4] + z * (_SINE[5] + z * (_SINE[6] + z * _SINE[7]))
-        value = y + y * z * (_SINE[1] + z * (_SINE[2] + z * (_SINE[3] + z * tail)))
-    else:
-        tail = _COSINE[4] + z * (_COSINE[5] + z * (_COSINE[6] + z * (_COSINE[7] + z * _COSINE[8])))
-        value = 1.0 + z * (_COSINE[1] + z * (_COSINE[2] + z * (_COSINE[3] + z * tail)))
-    return value if number % 4 < 2 else -value
 
 
 # Compiled loops over many attitudes: B and nothing else.

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 KINDS = ("add", "multiply", "divide", "root", "function")
 
 OF_FUNCTION = 24.0
-"""Additions and multiplications of a sine to rounding, `attitude_cost.sine_k`: a function is not one operation."""
+"""Additions and multiplications of a sine to rounding, whose steps a test counts: a function is not one operation."""
 
 
 @dataclass(frozen=True)

@@ -9,16 +9,41 @@ import pytest
 
 from sinssim.algorithm_registry import ALGORITHMS, REGISTRY
 from sinssim.data import ImuData
-from sinssim.experiments.studies.attitude_cost import matrix_costs, sine_k
+from sinssim.experiments.studies.attitude_cost import matrix_costs
 from sinssim.experiments.studies.claims import _COMPUTED, decide, trigonometric_matrix
 from sinssim.experiments.studies.position_claims import accelerometer_term, gravity_series, gyro_term
 from sinssim.experiments.studies.step_cost import OF_FUNCTION, Operations, count, timed_data
 from sinssim.experiments.studies.study_exhibits import StudyMedia
 from sinssim.experiments.studies.study_results import LOOKS_AHEAD, StudyResult
 from sinssim.experiments.studies.study_schema import COMPUTED, Study
-from sinssim.jit import kernel
+from sinssim.jit import inline, kernel
 from sinssim.strapdown.navigate import navigate
 from tests.strapdown.variants import with_slow_variants
+
+_SINE = tuple((-1.0) ** k / math.factorial(2 * k + 1) for k in range(8))
+_COSINE = tuple((-1.0) ** k / math.factorial(2 * k) for k in range(9))
+"""Coefficients of the series up to x¹⁵ and x¹⁶: for |x| ≤ π/4 the next terms are below half a unit of rounding."""
+_TO_QUADRANTS, _WHOLE = 2.0 / math.pi, 1.5 * 2.0**52  # adding and subtracting 1.5·2⁵² rounds to a whole number
+# π/2 = high + low; whole numbers of quadrants times high are exact
+_HIGH = math.floor(0.5 * math.pi * 2.0**32) / 2.0**32
+# sin π of the number π is what π/2 lacks beyond its double, twice
+_LOW = 0.5 * math.pi - _HIGH + 0.5 * math.sin(math.pi)
+
+
+@inline
+def sine_k(x):
+    """Sine to rounding, |x| up to some thousand, as a library computes it: reduction to ±π/4, then a polynomial."""
+    quadrant = (x * _TO_QUADRANTS + _WHOLE) - _WHOLE
+    y = (x - quadrant * _HIGH) - quadrant * _LOW
+    z = y * y
+    number = int(quadrant)
+    if number % 2 == 0:
+        tail = _SINE[4] + z * (_SINE[5] + z * (_SINE[6] + z * _SINE[7]))
+        value = y + y * z * (_SINE[1] + z * (_SINE[2] + z * (_SINE[3] + z * tail)))
+    else:
+        tail = _COSINE[4] + z * (_COSINE[5] + z * (_COSINE[6] + z * (_COSINE[7] + z * _COSINE[8])))
+        value = 1.0 + z * (_COSINE[1] + z * (_COSINE[2] + z * (_COSINE[3] + z * tail)))
+    return value if number % 4 < 2 else -value
 
 
 @kernel

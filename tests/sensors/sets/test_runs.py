@@ -12,7 +12,7 @@ import tomli_w
 
 from sinssim.errors import InputError
 from sinssim.experiments.run.run_execution import run
-from sinssim.experiments.run.run_result import RunResult
+from sinssim.experiments.run.run_result import PlaneRun, Run
 from sinssim.experiments.run.sensor_exhibits import sensor_errors
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.sensors.imu.imu_section import Imu
@@ -41,7 +41,7 @@ def scenario(sensor_set: dict[str, Any], navigation: dict[str, Any], imu: dict[s
     return Scenario.model_validate({**data, **source})
 
 
-def worst(result: RunResult) -> float:
+def worst(result: Run | PlaneRun) -> float:
     (numbers,) = result.summary["algorithms"].values()
     return float(numbers["max_horizontal_error_m"])
 
