@@ -38,7 +38,7 @@ def main() -> None:
 
 def _read(path: Path) -> None:
     """Read the file, and print the time and the memory beside that of the arrays."""
-    from sinssim.logs.formats.registry import read_file
+    from sinssim.logs.formats import read_file
 
     read_file(path.with_name("head.txt"))  # loads the libraries
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -9,7 +9,6 @@ from sinssim.system import on_first_use
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from sinssim.algorithm_registry import ALGORITHMS as ALGORITHMS
     from sinssim.analyses.alignment_result import AlignmentResult as AlignmentResult
     from sinssim.analyses.alignment_session import align as align
     from sinssim.analyses.calibration_result import CalibrationResult as CalibrationResult
@@ -46,7 +45,6 @@ if TYPE_CHECKING:
     from sinssim.experiments.studies.trade_result import TradeResult as TradeResult
     from sinssim.experiments.studies.trade_schema import TradeStudy as TradeStudy
     from sinssim.experiments.study import compare as compare
-    from sinssim.frame_registry import FRAMES as FRAMES
     from sinssim.logs.recorded_log import RecordedLog as RecordedLog
     from sinssim.recording.result import Result as Result
     from sinssim.scenario.load import load_log as load_log
@@ -56,6 +54,8 @@ if TYPE_CHECKING:
     from sinssim.scenario.true_motion import fly as fly
     from sinssim.sensors.imu.emulation import emulate as emulate
     from sinssim.sensors.imu.grades import GRADES as GRADES
+    from sinssim.strapdown.attitude import ALGORITHMS as ALGORITHMS
+    from sinssim.strapdown.frames import FRAMES as FRAMES
     from sinssim.strapdown.mechanization import Mechanization as Mechanization
     from sinssim.strapdown.navigate import navigate as navigate
     from sinssim.strapdown.navigation_error import NavError as NavError

@@ -7,44 +7,41 @@ from math import inf, pi, sqrt
 import numpy as np
 import pytest
 
-from sinssim import algorithm_registry, frame_registry
 from sinssim.errors import InputError
-from sinssim.strapdown import mechanization
+from sinssim.strapdown import attitude, frames, mechanization
 from sinssim.strapdown.mechanization import Mechanization
 from sinssim.units import listed
 
 
 def test_words_and_lists() -> None:
     assert [listed(["a"]), listed(["a", "b"]), listed(["a", "b", "c"], "or")] == ["a", "a and b", "a, b or c"]
-    assert frame_registry.frames_that(lambda frame: frame.takes_azimuth) == ["wander", "free-azimuth"]
-    assert frame_registry.frames_that(lambda frame: not frame.passes_poles) == ["level"]
-    assert frame_registry.frames_that(lambda frame: frame.takes_route) == ["transverse"]
-    assert frame_registry.frames_that(lambda frame: not frame.has_radii) == ["inertial"]
+    assert frames.frames_that(lambda frame: frame.takes_azimuth) == ["wander", "free-azimuth"]
+    assert frames.frames_that(lambda frame: not frame.passes_poles) == ["level"]
+    assert frames.frames_that(lambda frame: frame.takes_route) == ["transverse"]
+    assert frames.frames_that(lambda frame: not frame.has_radii) == ["inertial"]
     Mechanization(frame="inertial", curvature="exact")
     with pytest.raises(InputError, match="level, wander, free-azimuth and transverse have them"):
         Mechanization(frame="inertial", curvature="simplified")
     for fine in ("quaternion", "unknown"):
-        frame_registry.check_correctable(fine)
+        frames.check_correctable(fine)
     with pytest.raises(InputError, match="windows of samples"):
-        frame_registry.check_correctable(
-            next(name for name, entry in algorithm_registry.REGISTRY.items() if entry.windowed)
-        )
+        frames.check_correctable(next(name for name, entry in attitude.REGISTRY.items() if entry.windowed))
     assert mechanization.BARO_TIME_CONSTANT == 50.0
 
 
 def test_rates_that_divide() -> None:
     """33.3333 Hz is a third of 100 Hz as people write it; 100.001 Hz is not 100 Hz, and a slower rate none."""
-    ratio = algorithm_registry.whole_ratio
+    ratio = attitude.whole_ratio
     assert [ratio(100.0, slow) for slow in (100.0, 33.3333, 7.0, 150.0)] == [1, 3, None, None]
     assert ratio(300.0005, 100.0) == 3
     assert ratio(300.0007, 100.0) is None  # 2e-6 of the ratio
     assert (ratio(99_999.991, 1.0), ratio(99_999.985, 1.0)) == (100_000, None)  # 0.01
-    assert algorithm_registry.three_rates([200, 50, 10]) == (200.0, 50.0, 10.0)
-    assert algorithm_registry.three_rates((200.0, 10.0)) == (200.0, 10.0, 10.0)
+    assert attitude.three_rates([200, 50, 10]) == (200.0, 50.0, 10.0)
+    assert attitude.three_rates((200.0, 10.0)) == (200.0, 10.0, 10.0)
     for wrong in ([200.0], [200.0, 50.0, 10.0, 5.0], "200", [200.0, inf], 5.0):
         with pytest.raises(InputError, match="must be three finite numbers, Hz"):
-            algorithm_registry.three_rates(wrong)
-    assert algorithm_registry.schedule((200.0, 50.0, 10.0), 400.0) == (2, 4, 5)
+            attitude.three_rates(wrong)
+    assert attitude.schedule((200.0, 50.0, 10.0), 400.0) == (2, 4, 5)
     for rates, said in (
         (
             (300.0, 50.0, 10.0),
@@ -63,17 +60,17 @@ def test_rates_that_divide() -> None:
         ((200.0, 50.0, 0.0), "the slow rate, 0.0 Hz, must be positive."),
     ):
         with pytest.raises(InputError) as error:
-            algorithm_registry.schedule(rates, 400.0)
+            attitude.schedule(rates, 400.0)
         assert str(error.value) == f"rates_hz: {said}"
 
 
 def test_what_an_algorithm_is() -> None:
     """Each name tells order, normalisation and number of samples; only these differ within a family."""
-    registry = algorithm_registry.REGISTRY
+    registry = attitude.REGISTRY
     word = {"1": "first", "2": "second", "3": "third", "4": "fourth"}
     for name, entry in list(registry.items())[:27]:
         family, _, rest = name.partition("-")
-        assert algorithm_registry.family(name) == {"rotation": "rotation-vector", "two": name, "functional": name}.get(
+        assert attitude.family(name) == {"rotation": "rotation-vector", "two": name, "functional": name}.get(
             family, family
         )
         order, _, end = rest.partition("-")
@@ -94,7 +91,7 @@ def test_what_an_algorithm_is() -> None:
     windowed = registry["functional-iteration"]
     assert (windowed.windowed, windowed.sample_by_sample, windowed.samples) == (True, False, 1)
     one, two = registry["euler"], registry["poisson-2"]
-    twice = algorithm_registry.by_name(one, two, algorithm_registry.replace(two, name="euler"))
+    twice = attitude.by_name(one, two, attitude.replace(two, name="euler"))
     assert list(twice) == ["euler", "poisson-2"]
     assert "has the name twice, for the files attitude.euler and attitude.poisson" in twice["euler"].problem
 

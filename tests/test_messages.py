@@ -37,7 +37,7 @@ from sinssim.experiments.studies.study_results import Evidence
 from sinssim.experiments.studies.trade_schema import MOST_CELLS
 from sinssim.experiments.studies.trade_sweep import FORM, sweep
 from sinssim.experiments.study import load_study
-from sinssim.logs.formats.registry import read_file
+from sinssim.logs.formats import read_file
 from sinssim.logs.numeric_columns import bad_row
 from sinssim.logs.recorded_log import _check_scale
 from sinssim.logs.recorded_streams import InertialStream, made_increments

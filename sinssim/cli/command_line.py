@@ -168,7 +168,7 @@ def require_option(what: str) -> Any:
 
 def start_option(help_text: str) -> Any:
     """Return the option --start, the date of a run's time 0."""
-    from sinssim.logs.formats.registry import DEFAULT_START
+    from sinssim.logs.formats import DEFAULT_START
 
     usual = f"{DEFAULT_START}, or the date of a recorded log"
     return typer.Option("--start", metavar="DATE", help=help_text, show_default=usual)

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from sinssim import earth
-from sinssim.algorithm_registry import ALGORITHMS, MEASURED_ATTITUDE
 from sinssim.alignment.disturbed_base import inertial_curve
 from sinssim.analyses.error_budget.covariance_budget import budget
 from sinssim.analyses.turntable_calibration import calibrate
@@ -29,6 +28,7 @@ from sinssim.scenario import Scenario, filter_model, load_scenario
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sensor_set_readings import draw_true_errors
 from sinssim.sensors.sensor_set_section import Redundant
+from sinssim.strapdown.attitude import ALGORITHMS, MEASURED_ATTITUDE
 from sinssim.strapdown.mechanization import CURVATURES, Mechanization
 from sinssim.strapdown.navigate import navigate
 from sinssim.system.files import Draft

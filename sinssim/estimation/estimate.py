@@ -28,6 +28,7 @@ from sinssim.arguments import checked_initial, doubles, number
 from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
 from sinssim.earth.gravity_disturbance import DisturbingField
 from sinssim.errors import InputError, RunError, check_name, shortened
+from sinssim.estimation import LINEAR, SHIPPED
 from sinssim.estimation.error_dynamics import driving_noise
 from sinssim.estimation.filter_loop import Loop
 from sinssim.estimation.filter_result import Estimate, Innovations
@@ -36,7 +37,6 @@ from sinssim.estimation.linearisation import Surroundings, at, solution_of
 from sinssim.estimation.measurement_epochs import CheckedMeasurements, take_in
 from sinssim.estimation.smoother import smooth as smoothed
 from sinssim.estimation.state_model import ErrorModel
-from sinssim.filter_registry import LINEAR, SHIPPED
 from sinssim.sensors.imu.compensation import MeanGyroRates
 from sinssim.sensors.imu.rotation_encoder import Encoders
 from sinssim.sensors.measurement_kind import CORE
@@ -233,7 +233,7 @@ def estimate(
         field: disturbing field that the engine knows beside normal gravity.
         encoders: of a block that turns in the vehicle: the state is that of the block, the measurements are those of
             the vehicle.
-        kind: kind of filter, one of `sinssim.filter_registry.SHIPPED`.
+        kind: kind of filter, one of `sinssim.estimation.SHIPPED`.
         seed: of the members that an ensemble filter draws.
         **options: fields of the mechanization by name instead.
 

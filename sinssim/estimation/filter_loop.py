@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError, RunError
+from sinssim.estimation import LINEAR
 from sinssim.estimation.error_dynamics import turn_of_axes
 from sinssim.estimation.filter_result import Divergence, History, corrected
 from sinssim.estimation.innovation_gate import WITHDRAWN, InnovationGate
@@ -26,7 +27,6 @@ from sinssim.estimation.linearisation import Linearisation, Observed, Surroundin
 from sinssim.estimation.measurement_epochs import Branches, Epochs
 from sinssim.estimation.state_model import INERTIAL, NAVIGATION, ErrorModel
 from sinssim.estimation.unscented_cubature_ensemble import by_group, filter_of
-from sinssim.filter_registry import LINEAR
 from sinssim.sensors.aiding_registry import measurement_kind
 from sinssim.sensors.imu.compensation import compensate_checked
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors

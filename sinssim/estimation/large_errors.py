@@ -28,6 +28,7 @@ import numpy as np
 from sinssim import earth, rotation
 from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
+from sinssim.estimation import GRAVITY
 from sinssim.estimation.error_dynamics import (
     earth_from_ned,
     local_from_earth,
@@ -35,7 +36,6 @@ from sinssim.estimation.error_dynamics import (
     reading_error,
 )
 from sinssim.estimation.state_model import ErrorModel
-from sinssim.filter_registry import GRAVITY
 from sinssim.sensors.measurement_kind import CORE, PHI, R, V
 
 

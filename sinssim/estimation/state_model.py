@@ -25,13 +25,13 @@ from numpy.typing import ArrayLike, NDArray
 from sinssim.arguments import POSITIVE, check_kind, names, number, numbers
 from sinssim.data import Array, short_repr
 from sinssim.errors import InputError, check_name, shortened, unknown_name
-from sinssim.frame_registry import AXES
 from sinssim.sensors import flicker
 from sinssim.sensors.aiding_registry import own_errors
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import FIELDS, SLOTS, TERMS
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp, check_sigmas
+from sinssim.strapdown.frames import AXES
 
 _NED = ("north", "east", "down")
 _BODY = ("forward", "right", "down")
@@ -204,7 +204,7 @@ class ErrorModel:
         accel_quantum: weight of a pulse of the accelerometers, m/s.
         untold: further errors of the inertial sensors that no block describes, in words.
         axes: axes in which velocity and attitude are compared with the true ones, "north", or "transported" for a run
-            near a pole, see `sinssim.frame_registry.AXES`; `estimate` chooses them.
+            near a pole, see `sinssim.strapdown.frames.AXES`; `estimate` chooses them.
         correlations: covariances at the start between states of blocks: two blocks, and the matrix.
     """
 

@@ -16,7 +16,7 @@ from sinssim.errors import InputError, unknown_name
 from sinssim.logs.column_description import SIGNS, TRIADS, FixColumns, LogDescription, Quantity, SolutionColumns, Triple
 from sinssim.logs.column_names import TIME_UNITS, UNITS_OF, unit_in_name
 from sinssim.logs.column_tables import SUFFIXES, Table
-from sinssim.logs.formats.registry import FORMATS, candidates, read_file
+from sinssim.logs.formats import FORMATS, candidates, read_file
 from sinssim.logs.gps_time import EPOCH_UNIX, gps_from_unix
 from sinssim.logs.imu_samples import joined, read_samples, with_gravity
 from sinssim.logs.log_settings import TEXT_FORMAT, Log, LogFile, LogImu, LogOther

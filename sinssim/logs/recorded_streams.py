@@ -169,7 +169,7 @@ class Streams:
 
     Attributes:
         path: the file.
-        format: name of the format, see `sinssim.logs.formats.registry`.
+        format: name of the format, see `sinssim.logs.formats`.
         clock: the clock of all its times.
         inertial: readings of gyros and accelerometers by name; most files have one, named "imu".
         fixes: fixes by name; most files have one, named "gnss".

@@ -14,8 +14,8 @@ from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.earth.geodetic_coordinates import geodetic_about, q_en
 from sinssim.errors import InputError, unknown_name
+from sinssim.logs.formats import read_file
 from sinssim.logs.formats.export_streams import solution_of
-from sinssim.logs.formats.registry import read_file
 from sinssim.logs.gps_time import match_clock
 from sinssim.logs.recorded_streams import SolutionStream, Streams
 from sinssim.logs.reference_solution import Reference, TruthAt, interpolation_error, reference_of

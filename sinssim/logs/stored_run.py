@@ -97,7 +97,7 @@ class ErrorRule:
 
     semi_major_axis: float  # of the reference ellipsoid, m
     flattening: float  # of the reference ellipsoid
-    axes: str  # one of `sinssim.frame_registry.AXES`
+    axes: str  # one of `sinssim.strapdown.frames.AXES`
 
     def metadata(self) -> dict[str, str]:
         """Return the rule as metadata of a Parquet file; doubles keep all their bits."""

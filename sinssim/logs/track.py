@@ -19,7 +19,7 @@ from pydantic import Field, field_validator, model_validator
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import Ellipsoid, normal
 from sinssim.errors import InputError, shortened, unknown_name
-from sinssim.logs.formats.registry import FORMATS, candidates, detect, format_of, read_file
+from sinssim.logs.formats import FORMATS, candidates, detect, format_of, read_file
 from sinssim.logs.recorded_streams import FixStream, SolutionStream, Streams, geoid_height
 from sinssim.system.files import open_file
 from sinssim.toml_section import Heading, Keys, LeverArm, Speed

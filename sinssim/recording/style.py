@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.algorithm_registry import ORDER, family
 from sinssim.charts import Chart, Charts, Color, Line, Mark
 from sinssim.data import Array
 from sinssim.exhibits import Beside, Item, Section
+from sinssim.strapdown.attitude import ORDER, family
 from sinssim.units import time_unit
 
 Rgb = tuple[int, int, int]

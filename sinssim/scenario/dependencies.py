@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from sinssim.algorithm_registry import MEASURED_ATTITUDE, PLATFORM, schedule
 from sinssim.errors import InputError, unknown_name
-from sinssim.filter_registry import SHIPPED
-from sinssim.frame_registry import check_correctable
+from sinssim.estimation import SHIPPED
 from sinssim.scenario.ensemble_section import check_variation
 from sinssim.scenario.filter_section import OF_THREE_AXES, FilterSection
 from sinssim.scenario.tables import IN_SPACE, OF_FRAME, Tables
 from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.imu.error_term_table import OF_TURNS, TERMS, of_triad
 from sinssim.sensors.sensor_set_section import Platform
+from sinssim.strapdown.attitude import MEASURED_ATTITUDE, PLATFORM, schedule
+from sinssim.strapdown.frames import check_correctable
 from sinssim.toml_section import Rules
 from sinssim.truth.flight.flight import Flight
 from sinssim.truth.flight.guidance import AIDED, TRUTH

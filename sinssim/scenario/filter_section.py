@@ -18,12 +18,12 @@ from pydantic import (
     model_validator,
 )
 
-from sinssim.algorithm_registry import SCENARIO_ALGORITHMS, TAKEN
 from sinssim.errors import unknown_name
-from sinssim.filter_registry import GRAVITY, KINDS, LINEAR, SHIPPED
+from sinssim.estimation import GRAVITY, KINDS, LINEAR, SHIPPED
 from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.aiding_registry import BROKEN, CLASSES, sensor_class
 from sinssim.sensors.aiding_sensor import AidingSensor
+from sinssim.strapdown.attitude import SCENARIO_ALGORITHMS, TAKEN
 from sinssim.system.extensions import Item
 from sinssim.system.registries import ensure, registered
 from sinssim.toml_section import Factor, NotNegative, Positive, Rules, Section, once

@@ -17,11 +17,11 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from sinssim import earth, rotation
-from sinssim.algorithm_registry import MEASURED_ATTITUDE, SCENARIO_ALGORITHMS, TAKEN
 from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import ELLIPSOIDS, Ellipsoid
 from sinssim.errors import InputError
-from sinssim.frame_registry import FRAMES
+from sinssim.strapdown.attitude import MEASURED_ATTITUDE, SCENARIO_ALGORITHMS, TAKEN
+from sinssim.strapdown.frames import FRAMES
 from sinssim.strapdown.mechanization import (
     BARO_TIME_CONSTANT,
     CURVATURES,
@@ -318,7 +318,7 @@ def initial_state_with_errors(
     Args:
         error: the errors; if all are zero, the true state is returned bit for bit.
         seed: the run's seed, for random errors.
-        axes: axes in which the run's errors are compared, see `sinssim.frame_registry.AXES`.
+        axes: axes in which the run's errors are compared, see `sinssim.strapdown.frames.AXES`.
     """
     from sinssim.earth.geodetic_coordinates import radii  # these need the compiler
     from sinssim.statistics.random_numbers import normals

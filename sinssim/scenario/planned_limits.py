@@ -10,13 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sinssim.algorithm_registry import PLATFORM, REGISTRY
 from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import normal
 from sinssim.errors import InputError, warn
-from sinssim.frame_registry import FRAME_REGISTRY
 from sinssim.logs.track import Track
 from sinssim.scenario.tables import Tables
+from sinssim.strapdown.attitude import PLATFORM, REGISTRY
+from sinssim.strapdown.frames import FRAME_REGISTRY
 from sinssim.strapdown.frames.route_pole import (
     RADIUS,
     distance_from_pole,

@@ -28,7 +28,6 @@ from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError
 
-from sinssim.algorithm_registry import PLATFORM
 from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.errors import InputError, shortened
 from sinssim.logs.log_settings import Log
@@ -38,6 +37,7 @@ from sinssim.scenario.filter_section import AidingSection, FilterSection, Furthe
 from sinssim.scenario.navigation_section import NavigationSection, NavigatorSection
 from sinssim.sensors.imu.compensation import Compensation
 from sinssim.sensors.imu.imu_section import Imu
+from sinssim.strapdown.attitude import PLATFORM
 from sinssim.system.extensions import Item, items_of
 from sinssim.system.registries import register, registered
 from sinssim.toml_mistakes import ONE_OF_SEVERAL

@@ -24,8 +24,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from sinssim.earth import gravity_ned
+from sinssim.estimation import GRAVITY
 from sinssim.estimation.state_model import Block
-from sinssim.filter_registry import GRAVITY
 from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.true_motion import true_motion, unknown_field
 from sinssim.truth.flight.flight_plan import planned_path

@@ -31,7 +31,7 @@ from sinssim.content import named_paths
 from sinssim.data import Measurements
 from sinssim.earth.ellipsoids import GRAVITY_MODELS, Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, RunError, shortened
-from sinssim.logs.formats.registry import DEFAULT_START
+from sinssim.logs.formats import DEFAULT_START
 from sinssim.logs.gps_time import parse_date
 from sinssim.simulation import library_host
 from sinssim.simulation.navigator_protocol import (

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sinssim.algorithm_registry import PLATFORM
 from sinssim.alignment.alignment_budget import expected_errors
 from sinssim.alignment.initial_conditions import aligned_state, alignment_samples
 from sinssim.data import Array, ImuData, NavSolution, short_repr
@@ -27,6 +26,7 @@ from sinssim.progress import Progress, silent
 from sinssim.scenario.navigation_section import initial_state_with_errors
 from sinssim.sensors.sensor_set_readings import Readings
 from sinssim.simulation.truth_and_sensors import RecordedMotion, Truth
+from sinssim.strapdown.attitude import PLATFORM
 from sinssim.strapdown.mechanization import BARO_TIME_CONSTANT
 from sinssim.strapdown.navigation_error import diverged
 from sinssim.system.process import thread_pool
@@ -237,7 +237,7 @@ class Navigated:
 
     @cached_property
     def axes(self) -> str:
-        """Axes in which errors are compared, one of `sinssim.frame_registry.AXES`."""
+        """Axes in which errors are compared, one of `sinssim.strapdown.frames.AXES`."""
         return self.truth.axes(self.scenario.navigation.frame)
 
     @cached_property
@@ -299,7 +299,7 @@ def _solved(scenario: Scenario, sensed: Sensed) -> tuple[dict[str, NavSolution],
 
 def _by_filter(scenario: Scenario, name: str, sensed: Sensed) -> NavSolution:
     """Return the solution of a filter beside that of [filter], whose states are written out."""
-    from sinssim.filter_registry import SHIPPED
+    from sinssim.estimation import SHIPPED
     from sinssim.scenario.filter_model import with_first
     from sinssim.simulation.truth_comparison import FilterSolution
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.errors import InputError, RunError
-from sinssim.filter_registry import REGISTRY
+from sinssim.estimation import REGISTRY
 from sinssim.simulation.truth_and_sensors import RecordedMotion
 from sinssim.system.extensions import Item, explained
 from sinssim.system.registries import load_entry, registered

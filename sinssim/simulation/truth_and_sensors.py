@@ -98,7 +98,7 @@ class Truth:
         return self.trajectory.ellipsoid
 
     def axes(self, frame: str) -> str:
-        """Return the axes in which errors are compared, one of `sinssim.frame_registry.AXES`, of a navigation frame."""
+        """Return the axes in which errors of a frame are compared, one of `sinssim.strapdown.frames.AXES`."""
         return axes_along(frame, self.trajectory.state, self.trajectory.start, self.trajectory.end)
 
     def error_of(self, solution: NavSolution, axes: str, rows: NDArray[np.intp] | None = None) -> NavError:
@@ -162,7 +162,7 @@ class RecordedMotion:
         )
 
     def axes(self, frame: str) -> str:
-        """Return the axes in which errors are compared, one of `sinssim.frame_registry.AXES`, of a navigation frame."""
+        """Return the axes in which errors of a frame are compared, one of `sinssim.strapdown.frames.AXES`."""
         return axes_of(frame, self.first.latitude)
 
     def error_of(self, solution: NavSolution, axes: str) -> NavError:

@@ -22,15 +22,15 @@ from typing import Any, Protocol, cast
 
 from numba.core.errors import NumbaError
 
-from sinssim.algorithm_registry import REGISTRY
 from sinssim.data import Array
 from sinssim.errors import InputError, RunError, SinssimError, shortened
-from sinssim.frame_registry import FRAME_REGISTRY
 from sinssim.jit import bind, rebound
 from sinssim.rotation.quaternions import dcm_from_quaternion_k
 from sinssim.strapdown import coning_sculling
 from sinssim.strapdown import coning_sculling as turns
+from sinssim.strapdown.attitude import REGISTRY
 from sinssim.strapdown.coning_sculling import BodyTurn, FrameTurn
+from sinssim.strapdown.frames import FRAME_REGISTRY
 from sinssim.strapdown.frames.navigation_problem import Problem
 from sinssim.system.extensions import Item, explained, failure, load_module
 from sinssim.system.registries import on_change, registered

@@ -41,7 +41,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sinssim import earth, rotation
-from sinssim.algorithm_registry import PLATFORM
 from sinssim.arguments import checked_initial, first_not_finite, not_finite_in
 from sinssim.data import Array, NavSolution, NavState, short_repr
 from sinssim.earth.ellipsoids import Ellipsoid
@@ -63,6 +62,7 @@ from sinssim.sensors.imu.emulation_kernel import (
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.sensor_set_readings import PlatformErrors, without_errors_of_turns
 from sinssim.statistics.random_numbers import key, normals
+from sinssim.strapdown.attitude import PLATFORM
 from sinssim.strapdown.frames.navigation_problem import FORMS, Models, Rows, channel_of, form_of, models_of
 from sinssim.strapdown.frames.route_pole import route_pole, too_near
 from sinssim.strapdown.frames.vertical_channel import (

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sinssim import earth, rotation
-from sinssim.algorithm_registry import MEASURED_ATTITUDE
 from sinssim.arguments import check_finite, check_increasing, checked_initial, doubles, not_finite_in
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.geodetic_coordinates import radii_k
@@ -24,6 +23,7 @@ from sinssim.earth.gravity import gravitation_ecef_k, gravity_ned_k
 from sinssim.errors import InputError, RunError
 from sinssim.jit import kernel
 from sinssim.rotation.vectors import add, along
+from sinssim.strapdown.attitude import MEASURED_ATTITUDE
 from sinssim.strapdown.frames.inertial import coordinates_k, settled_k
 from sinssim.strapdown.frames.navigation_problem import Models, channel_of, models_of
 from sinssim.strapdown.frames.vertical_channel import (

@@ -9,11 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypedDict
 
-from sinssim.algorithm_registry import MEASURED_ATTITUDE, PLATFORM, REGISTRY, SCENARIO_ALGORITHMS, schedule, three_rates
 from sinssim.arguments import POSITIVE, number
 from sinssim.earth.ellipsoids import GRAVITY_MODELS, Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, check_name
-from sinssim.frame_registry import FRAME_REGISTRY, FRAMES, Frame, check_three_rates, frames_that
+from sinssim.strapdown.attitude import MEASURED_ATTITUDE, PLATFORM, REGISTRY, SCENARIO_ALGORITHMS, schedule, three_rates
+from sinssim.strapdown.frames import FRAME_REGISTRY, FRAMES, Frame, check_three_rates, frames_that
 from sinssim.system.registries import ensure
 from sinssim.units import listed
 

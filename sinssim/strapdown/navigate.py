@@ -25,17 +25,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sinssim import earth, rotation
-from sinssim.algorithm_registry import ALGORITHMS, REGISTRY, schedule, three_rates
 from sinssim.arguments import checked_increments, checked_initial
 from sinssim.data import Array, ImuData, NavSolution, NavState, SingularityEvent
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.earth.gravity_disturbance import DisturbingField, disturbance_along
 from sinssim.errors import InputError, RunError, check_name
-from sinssim.frame_registry import check_correctable
 from sinssim.jit import kernel
 from sinssim.rotation.quaternions import multiply_k, quaternion_from_rotation_vector_k, rotate_k
+from sinssim.strapdown.attitude import ALGORITHMS, REGISTRY, schedule, three_rates
 from sinssim.strapdown.coning_sculling import WINDOW, is_uniform, weight_table
 from sinssim.strapdown.engine_assembly import frame_file, own_engine, three_rate_file
+from sinssim.strapdown.frames import check_correctable
 from sinssim.strapdown.frames.navigation_problem import Problem, check_solution
 from sinssim.strapdown.frames.vertical_channel import HeightReadings, height_reference
 from sinssim.strapdown.mechanization import Mechanization, Options, chosen

@@ -32,9 +32,9 @@ from sinssim.data import Array, NavSolution, NavState, blocks, short_repr
 from sinssim.earth import geodetic_to_ecef
 from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.errors import InputError, RunError, check_name
-from sinssim.frame_registry import AXES, FRAME_REGISTRY
 from sinssim.jit import strict_kernel
 from sinssim.rotation.quaternions import multiply_k, rotation_vector_from_quaternion_k
+from sinssim.strapdown.frames import AXES, FRAME_REGISTRY
 
 
 @short_repr
@@ -103,7 +103,7 @@ def navigation_error(
         truth: true states at the solution's times, arrays of N rows.
         solution: N rows.
         ellipsoid: reference ellipsoid of both heights.
-        axes: "north", or "transported" for motions near a pole; see `sinssim.frame_registry.AXES`.
+        axes: "north", or "transported" for motions near a pole; see `sinssim.strapdown.frames.AXES`.
 
     Returns:
         The errors, N rows.

@@ -13,10 +13,10 @@ import pytest
 CHOICES = """
 import json, os
 from pathlib import Path
-from sinssim.algorithm_registry import SCENARIO_ALGORITHMS
+from sinssim.strapdown.attitude import SCENARIO_ALGORITHMS
 from sinssim.cli import precompile
 from sinssim.earth.ellipsoids import GRAVITY_MODELS
-from sinssim.frame_registry import FRAMES
+from sinssim.strapdown.frames import FRAMES
 from sinssim.jit import compilation
 from sinssim.scenario import Scenario
 from sinssim.sensors.imu.grades import GRADES

@@ -14,11 +14,11 @@ from sinssim import ImuData, navigate
 from sinssim.data import DROPPED, FROZEN
 from sinssim.errors import InputError
 from sinssim.experiments.run.run_execution import run
-from sinssim.frame_registry import FRAMES
 from sinssim.recording.result import flagged_words
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.sensors.imu.compensation import Compensation
 from sinssim.sensors.imu.imu_section import Imu, draw
+from sinssim.strapdown.frames import FRAMES
 from sinssim.units import DEG_H, UG
 
 QUIET = {

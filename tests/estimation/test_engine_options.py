@@ -13,8 +13,8 @@ from sinssim.earth.ellipsoids import ELLIPSOIDS
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.state_model import error_model
 from sinssim.experiments.run.run_execution import run as run_scenario
-from sinssim.frame_registry import FRAMES
 from sinssim.scenario import load_scenario
+from sinssim.strapdown.frames import FRAMES
 from sinssim.strapdown.mechanization import Mechanization
 from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import navigation_error

@@ -13,13 +13,12 @@ from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.errors import InputError
-from sinssim.estimation import Block, error_model
+from sinssim.estimation import SHIPPED, Block, error_model
 from sinssim.estimation.error_dynamics import driving_noise
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.linearisation import Linearisation, Surroundings, linearise
 from sinssim.estimation.measurement_epochs import take_in
 from sinssim.estimation.unscented_cubature_ensemble import by_group, filter_of
-from sinssim.filter_registry import SHIPPED
 from sinssim.sensors import ImuErrors
 from sinssim.sensors.imu.compensation import MeanGyroRates
 from sinssim.sensors.measurement_kind import CORE

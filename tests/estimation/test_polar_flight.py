@@ -16,9 +16,9 @@ from sinssim.estimation import Estimate, state_errors
 from sinssim.estimation.consistency import nees
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.state_model import ErrorModel, error_model
-from sinssim.frame_registry import FRAMES
 from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.aiding_sensor import Vehicle
+from sinssim.strapdown.frames import FRAMES
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked
 from tests.estimation.worlds import balanced, biases_only, errors_of, one_run
 from tests.oracles.transported import wrong_by

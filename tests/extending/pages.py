@@ -4,7 +4,7 @@ A page marks a block of code with a path, behind the language of the fence:
 
     ```python sinssim/strapdown/attitude/cayley.py     a new file, whole
     ```toml scenarios/turntable.toml                   the same, outside the package
-    ```diff sinssim/algorithm_registry.py                      a change of an existing file
+    ```diff sinssim/strapdown/attitude/__init__.py                      a change of an existing file
     ```python                                          a snippet to run; it has no path
 
 A `diff` block holds one change or several, with an empty line between them. A line begins with " " (it is there and

@@ -19,7 +19,7 @@ def test_page(tmp_path: Path) -> None:
     page = read_page("algorithm")
     copy = Copy(tmp_path)
     copy.apply(page)
-    assert copy.touched == ["sinssim/algorithm_registry.py", "sinssim/strapdown/attitude/cayley.py"]
+    assert copy.touched == ["sinssim/strapdown/attitude/__init__.py", "sinssim/strapdown/attitude/cayley.py"]
     lines = copy.run(page.snippets[0] + STEP).splitlines()
     errors = []
     for line, frame in zip(lines[:2], ("level", "wander"), strict=True):

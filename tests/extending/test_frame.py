@@ -31,7 +31,7 @@ def test_page(tmp_path: Path) -> None:
     page = read_page("frame")
     copy = Copy(tmp_path)
     copy.apply(page)
-    assert copy.touched == ["sinssim/frame_registry.py", "sinssim/strapdown/frames/earth_fixed.py"]
+    assert copy.touched == ["sinssim/strapdown/frames/__init__.py", "sinssim/strapdown/frames/earth_fixed.py"]
     lines = copy.run(page.snippets[0] + MORE).splitlines()
     coarse, fine = map(float, lines[0].split())
     assert coarse < 0.02  # m after 24 km

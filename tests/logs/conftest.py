@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from sinssim.experiments.run.run_execution import run
-from sinssim.logs.formats.registry import DEFAULT_START
+from sinssim.logs.formats import DEFAULT_START
 from sinssim.logs.gps_time import parse_date
 from sinssim.logs.solution_score import Judge
 from sinssim.logs.stored_run import RecordedRun

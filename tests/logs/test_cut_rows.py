@@ -9,7 +9,7 @@ import pytest
 
 from sinssim.analyses.inspection.text_columns import read_table
 from sinssim.errors import InputError, SinssimWarning
-from sinssim.logs.formats.registry import read_file
+from sinssim.logs.formats import read_file
 from sinssim.logs.imu_samples import read_log
 from sinssim.logs.numeric_columns import cut_rows, read_numbers, text_rows
 from tests.logs.formats.samples import FILES

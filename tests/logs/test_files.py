@@ -13,7 +13,7 @@ import pytest
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError
 from sinssim.logs import track as track_file
-from sinssim.logs.formats.registry import FORMATS, Format
+from sinssim.logs.formats import FORMATS, Format
 from sinssim.logs.recorded_streams import Clock, FixStream, SolutionStream, Streams
 from sinssim.logs.track import Track, _filled, read_samples
 from sinssim.system.registries import Entry

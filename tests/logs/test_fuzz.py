@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.formats.registry import candidates, read_file
+from sinssim.logs.formats import candidates, read_file
 from tests.fuzz.mangle import rewrite
 from tests.logs.formats.samples import FILES, LIBRARIES, kitti, nmea_sentence
 

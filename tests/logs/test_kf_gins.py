@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from sinssim.earth.gravity import gravity_ned
+from sinssim.logs.formats import read_file
 from sinssim.logs.formats.export_streams import export
-from sinssim.logs.formats.registry import read_file
 from sinssim.logs.solution_score import Judge
 
 ROOT = Path(__file__).parents[2]

@@ -10,7 +10,7 @@ import pytest
 from sinssim.analyses.inspection.inspected_files import inspect
 from sinssim.earth.harmonic_coefficients import read_icgem
 from sinssim.errors import InputError, RunError, SinssimError, printable
-from sinssim.logs.formats.registry import FORMATS, read_file
+from sinssim.logs.formats import FORMATS, read_file
 from sinssim.logs.imu_samples import read_log
 from sinssim.logs.track import track_format
 

@@ -20,8 +20,8 @@ import pytest
 from sinssim.data import Array
 from sinssim.earth.gravity import gravity_ned
 from sinssim.experiments.run.run_execution import run
+from sinssim.logs.formats import DEFAULT_START
 from sinssim.logs.formats.export_streams import export
-from sinssim.logs.formats.registry import DEFAULT_START
 from sinssim.logs.gps_time import parse_date
 from sinssim.logs.solution_score import Judge
 from sinssim.logs.stored_run import RecordedRun

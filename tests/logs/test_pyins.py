@@ -13,8 +13,8 @@ import pytest
 
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.experiments.run.run_execution import run
+from sinssim.logs.formats import DEFAULT_START, read_file
 from sinssim.logs.formats.export_streams import export
-from sinssim.logs.formats.registry import DEFAULT_START, read_file
 from sinssim.logs.gps_time import parse_date
 from sinssim.logs.solution_score import Judge
 from sinssim.logs.stored_run import RecordedRun

@@ -15,8 +15,8 @@ from sinssim import rotation
 from sinssim.cli.app import main
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.errors import InputError
+from sinssim.logs.formats import DEFAULT_START
 from sinssim.logs.formats.export_streams import export
-from sinssim.logs.formats.registry import DEFAULT_START
 from sinssim.logs.gps_time import match_clock, parse_date
 from sinssim.logs.recorded_streams import Clock, SolutionStream
 from sinssim.logs.reference_solution import TruthAt, interpolation_error

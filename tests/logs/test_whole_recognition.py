@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.formats import sbet_inertial_explorer
-from sinssim.logs.formats.registry import _check, detect, format_of, library, refused
+from sinssim.logs.formats import _check, detect, format_of, library, refused, sbet_inertial_explorer
 from sinssim.logs.numeric_columns import check_finite, head_numbers
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.frame_registry import FRAMES
 from sinssim.scenario import load_scenario
 from sinssim.scenario.notes import times_not_reached
 from sinssim.scenario.plan_summary import plan_lines
+from sinssim.strapdown.frames import FRAMES
 
 TEXT = """\
 name = "aided"

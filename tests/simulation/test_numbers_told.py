@@ -11,9 +11,8 @@ import pytest
 
 from sinssim.data import Measurements
 from sinssim.errors import InputError
-from sinssim.estimation import Block, ErrorModel
+from sinssim.estimation import GRAVITY, Block, ErrorModel
 from sinssim.estimation.filter_result import Divergence, Innovations, Reasons
-from sinssim.filter_registry import GRAVITY
 from sinssim.logs.log_files import recorded_errors
 from sinssim.scenario import Scenario, filter_model, run_memory, unknown_gravity
 from sinssim.scenario.filter_model import Excitation, choice, hints, notes, weights

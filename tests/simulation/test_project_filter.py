@@ -11,7 +11,7 @@ import pytest
 import sinssim
 from sinssim.content import package_content
 from sinssim.errors import InputError
-from sinssim.filter_registry import SHIPPED
+from sinssim.estimation import SHIPPED
 from sinssim.scenario import Scenario
 from sinssim.scenario.ensemble_section import EnsembleSection
 from sinssim.simulation.truth_comparison import FilterSolution

@@ -10,7 +10,7 @@ from sinssim import navigate
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth import WGS84
 from sinssim.errors import InputError
-from sinssim.frame_registry import FRAME_REGISTRY
+from sinssim.strapdown.frames import FRAME_REGISTRY
 from sinssim.strapdown.frames.route_pole import route_pole
 from sinssim.strapdown.motion_coordinates import conditional, earth_fixed, inertial, level_axes
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle

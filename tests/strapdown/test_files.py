@@ -10,10 +10,10 @@ import pytest
 import sinssim.strapdown.attitude
 import sinssim.strapdown.frames
 from sinssim import InputError
-from sinssim.algorithm_registry import REGISTRY, Algorithm, by_name
-from sinssim.frame_registry import FRAME_REGISTRY, Frame
 from sinssim.strapdown import engine_assembly
+from sinssim.strapdown.attitude import REGISTRY, Algorithm, by_name
 from sinssim.strapdown.engine_assembly import algorithm_file, frame_file
+from sinssim.strapdown.frames import FRAME_REGISTRY, Frame
 
 GOOD = "from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k\n"
 
@@ -65,7 +65,7 @@ def test_a_variant_of_a_constant_that_is_not_there(monkeypatch: pytest.MonkeyPat
 def test_a_name_that_stands_twice(monkeypatch: pytest.MonkeyPatch) -> None:
     pair = by_name(Algorithm("new", "one", "attitude.euler"), Algorithm("new", "another", "attitude.poisson"))
     monkeypatch.setitem(REGISTRY.shipped, "new", pair["new"])
-    with pytest.raises(InputError, match=r"algorithm_registry\.py has the name twice, for the files attitude\.euler"):
+    with pytest.raises(InputError, match=r"attitude/__init__\.py has the name twice, for .* attitude\.euler"):
         algorithm_file("new")
 
 

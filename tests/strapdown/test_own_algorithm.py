@@ -11,9 +11,9 @@ import numba
 import numpy as np
 import pytest
 
-from sinssim.algorithm_registry import REGISTRY, Algorithm
 from sinssim.errors import InputError, RunError
 from sinssim.rotation.quaternions import dcm_from_quaternion_k
+from sinssim.strapdown.attitude import REGISTRY, Algorithm
 from sinssim.strapdown.engine_assembly import check_parts, compile_words, guarded
 
 NAN = float("nan")

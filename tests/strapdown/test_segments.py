@@ -11,7 +11,7 @@ import pytest
 
 from sinssim.data import ImuData, NavState
 from sinssim.errors import InputError, RunError
-from sinssim.frame_registry import FRAME_REGISTRY, FRAMES
+from sinssim.strapdown.frames import FRAME_REGISTRY, FRAMES
 from sinssim.strapdown.navigate import Segments, navigate
 from sinssim.strapdown.navigation_error import navigation_error
 from tests.oracles.s_turn import STurn

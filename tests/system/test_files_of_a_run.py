@@ -168,8 +168,8 @@ def test_what_a_file_says_of_itself(tmp_path: Path) -> None:
 
 
 def test_an_algorithm_and_a_frame_by_their_files(tmp_path: Path) -> None:
-    from sinssim.algorithm_registry import ALGORITHMS, REGISTRY
-    from sinssim.frame_registry import FRAME_REGISTRY, FRAMES
+    from sinssim.strapdown.attitude import ALGORITHMS, REGISTRY
+    from sinssim.strapdown.frames import FRAME_REGISTRY, FRAMES
 
     for name, text in (
         ("algorithms/plain.py", '"""A plain one."""\nSAMPLES = 3\nstart_k = dcm_k = step_k = quaternion_k = None\n'),

@@ -15,8 +15,8 @@ import sinssim
 from sinssim.cli.commands.content import Listing, names_of
 from sinssim.content import _of_packages
 from sinssim.errors import InputError
+from sinssim.logs.formats import FORMATS, WRITERS, detect, read_file
 from sinssim.logs.formats.export_streams import export
-from sinssim.logs.formats.registry import FORMATS, WRITERS, detect, read_file
 from sinssim.system.registries import forget
 from tests.system.test_installed import install
 
@@ -106,7 +106,7 @@ from pathlib import Path
 sys.path.insert(0, {str(tmp_path / "site")!r})
 import sinssim
 from sinssim.content import _of_packages
-from sinssim.logs.formats.registry import detect
+from sinssim.logs.formats import detect
 known = detect(Path({str(tmp_path / "path.gpx")!r})), _of_packages.cache_info().misses
 short = ["parked.duration_s=5", "imu.rate_hz=10", "recording.keep=streams"]
 run = sinssim.run("parked", {str(tmp_path / "run")!r}, overrides=short)

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import sinssim
-from sinssim.algorithm_registry import ALGORITHMS
 from sinssim.errors import InputError, RunError
 from sinssim.experiments.ensembles import run_seed
 from sinssim.experiments.studies.study_directory import digests
@@ -19,6 +18,7 @@ from sinssim.experiments.study import load_study
 from sinssim.rotation import conjugate, multiply
 from sinssim.scenario import load_scenario
 from sinssim.scenario.plan_summary import own_digests
+from sinssim.strapdown.attitude import ALGORITHMS
 from sinssim.system.registries import forget
 from tests.extending.pages import read_page
 

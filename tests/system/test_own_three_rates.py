@@ -10,8 +10,8 @@ import pytest
 import sinssim
 from sinssim.cli.app import main
 from sinssim.errors import InputError, RunError
-from sinssim.frame_registry import FRAME_REGISTRY
 from sinssim.scenario import load_scenario
+from sinssim.strapdown.frames import FRAME_REGISTRY
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle
 
 FRAME = '''\

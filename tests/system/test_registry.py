@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 import sinssim
-from sinssim.algorithm_registry import ALGORITHMS, REGISTRY
 from sinssim.content import VARIABLE
 from sinssim.errors import InputError
-from sinssim.frame_registry import FRAME_REGISTRY
+from sinssim.strapdown.attitude import ALGORITHMS, REGISTRY
 from sinssim.strapdown.engine_assembly import algorithm_file, frame_file
+from sinssim.strapdown.frames import FRAME_REGISTRY
 from sinssim.system.registries import described, ensure, forget
 
 STOPS = '"""Mine, stops."""\nraise SystemExit\n'

@@ -101,8 +101,8 @@ from sinssim.earth.harmonic_coefficients import read_icgem
 from sinssim.errors import InputError
 from sinssim.analyses.inspection.inspected_files import inspect
 from sinssim.analyses.inspection.inspected_files import suggest
-from sinssim.logs.formats.registry import FORMATS
-from sinssim.logs.formats.registry import read_file
+from sinssim.logs.formats import FORMATS
+from sinssim.logs.formats import read_file
 from sinssim.logs.imu_samples import read_log
 from sinssim.analyses.noise_report import noise_report
 from sinssim.scenario import load_scenario

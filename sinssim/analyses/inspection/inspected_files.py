@@ -29,7 +29,7 @@ from sinssim.analyses.inspection.text_columns import TextTable, read_table
 from sinssim.analyses.inspection.unit_axes import WORSE
 from sinssim.content import list_content
 from sinssim.errors import InputError, SinssimError
-from sinssim.logs.formats.registry import candidates, folder_of, read_file
+from sinssim.logs.formats import candidates, folder_of, read_file
 from sinssim.logs.gps_time import file_clock, gps_instant
 from sinssim.logs.log_files import fix_stream, inertial_stream, solution_stream
 from sinssim.logs.log_settings import LogFile, LogReference

@@ -67,27 +67,27 @@ def names_of(kind: Listing) -> Mapping[str, str]:
     """Return the description of each name of a kind."""
     match kind:
         case Listing.FORMATS:
-            from sinssim.logs.formats.registry import FORMATS
+            from sinssim.logs.formats import FORMATS
             from sinssim.system.registries import described
 
             return {**{name: entry.sentence for name, entry in FORMATS.shipped.items()}, **described("formats")}
         case Listing.EXPORTS:
-            from sinssim.logs.formats.registry import WRITERS
+            from sinssim.logs.formats import WRITERS
             from sinssim.system.registries import described
 
             return {**{name: entry.sentence for name, entry in WRITERS.shipped.items()}, **described("writers")}
         case Listing.ALGORITHMS:
-            from sinssim.algorithm_registry import SCENARIO_ALGORITHMS
+            from sinssim.strapdown.attitude import SCENARIO_ALGORITHMS
             from sinssim.system.registries import described
 
             return {**SCENARIO_ALGORITHMS, **described("algorithms")}
         case Listing.FRAMES:
-            from sinssim.frame_registry import FRAMES
+            from sinssim.strapdown.frames import FRAMES
             from sinssim.system.registries import described
 
             return {**FRAMES, **described("frames")}
         case Listing.FILTERS:
-            from sinssim.filter_registry import KINDS
+            from sinssim.estimation import KINDS
             from sinssim.system.registries import described
 
             return {**KINDS, **described("filters")}

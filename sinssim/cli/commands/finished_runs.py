@@ -30,7 +30,7 @@ from sinssim.cli.command_line import (
     start_option,
     starts_programs,
 )
-from sinssim.logs.formats.registry import WRITERS
+from sinssim.logs.formats import WRITERS
 
 if TYPE_CHECKING:
     from sinssim.experiments.run.stream_packets import Streamed

@@ -18,7 +18,6 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.algorithm_registry import REGISTRY
 from sinssim.data import Array
 from sinssim.earth.gravity import EarthParameters, near_gravity_k
 from sinssim.experiments.ensembles import batch_layout
@@ -51,6 +50,7 @@ from sinssim.sensors.imu.emulation_kernel import (
     channel_k,
 )
 from sinssim.statistics.random_numbers import Words, direction_k, philox, root_k, square_k, uniform_k
+from sinssim.strapdown.attitude import REGISTRY
 from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, step_k
 from sinssim.strapdown.coning_sculling import WINDOW, Weights, fitted_k, small_turn_k
 from sinssim.strapdown.engine_assembly import algorithm_file, guarded, parts

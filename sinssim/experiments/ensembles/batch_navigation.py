@@ -9,7 +9,6 @@ from typing import Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sinssim.algorithm_registry import ALGORITHMS, REGISTRY
 from sinssim.arguments import checked_imu, checked_initial
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.gravity import gravity_number, parameters
@@ -31,6 +30,7 @@ from sinssim.simulation.navigation_stage import by_one
 from sinssim.simulation.total_system_error import has_path
 from sinssim.simulation.truth_and_sensors import Truth
 from sinssim.statistics.random_numbers import key
+from sinssim.strapdown.attitude import ALGORITHMS, REGISTRY
 from sinssim.strapdown.coning_sculling import WINDOW, is_uniform, weight_table
 from sinssim.strapdown.engine_assembly import algorithm_file
 from sinssim.strapdown.frames.navigation_problem import Increments

@@ -12,6 +12,7 @@ import numpy as np
 from sinssim import units
 from sinssim.charts import Axis, Band, Chart, Charts, Cloud, Dots, Histogram, Line, Mark, Rule, in_rows
 from sinssim.data import Array
+from sinssim.estimation import GRAVITY
 from sinssim.exhibits import Column, Exhibits, Interactive, Item, Section, Sentence, Table, Verbatim, definitions
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, VECTORS
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult, MeanSquare
@@ -30,7 +31,6 @@ from sinssim.experiments.ensembles.ensemble_summary import (
     summary_of,
 )
 from sinssim.experiments.ensembles.ensemble_verdicts import looks_text, requirement_lines, verdict_text
-from sinssim.filter_registry import GRAVITY
 from sinssim.recording.result import plain, software, versions, write_json, write_shown
 from sinssim.recording.style import RowNumbers, thinned
 from sinssim.sensors.imu.grades import grade_name

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array, ImuData, short_repr
 from sinssim.errors import InputError
+from sinssim.estimation import SHIPPED
 from sinssim.experiments.ensembles.ensemble_errors import WITHIN
-from sinssim.filter_registry import SHIPPED
 from sinssim.scenario import Scenario
 from sinssim.scenario.ensemble_section import Choice, Normal, Uniform
 from sinssim.scenario.filter_model import with_first

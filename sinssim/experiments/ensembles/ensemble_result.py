@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array, html_table, short_repr
 from sinssim.errors import InputError
+from sinssim.estimation import GRAVITY
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, EVERYTHING, VECTORS, Errors, write_tables
 from sinssim.experiments.ensembles.ensemble_plan import ALL, Member, Plan, member
-from sinssim.filter_registry import GRAVITY
 from sinssim.recording.result import Media, Result
 from sinssim.statistics.chi_square import Band, mean_square_band
 from sinssim.statistics.circular_error import mean_rate

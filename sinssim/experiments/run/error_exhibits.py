@@ -120,7 +120,7 @@ class WithErrors(Protocol):
 
     Attributes:
         time: from the beginning to the end of the run, s.
-        axes: axes of the errors, one of `sinssim.frame_registry.AXES`.
+        axes: axes of the errors, one of `sinssim.strapdown.frames.AXES`.
         errors: by algorithm; a kind of errors that is NaN throughout is not drawn.
     """
 

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from sinssim.algorithm_registry import MEASURED_ATTITUDE, PLATFORM
 from sinssim.data import Array, NavSolution, NavState
 from sinssim.exhibits import Item, Picture, Sentence
-from sinssim.frame_registry import FRAME_REGISTRY, FRAMES
 from sinssim.recording import style
 from sinssim.recording.diagrams import ATTITUDE, POSITION, SENSOR, VELOCITY
 from sinssim.recording.svg import Drawing, Point
 from sinssim.rotation import dcm_from_quaternion, euler_from_quaternion, shown_heading
 from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.sensor_set_section import AttitudeSensor, Redundant, SixAccelerometers
+from sinssim.strapdown.attitude import MEASURED_ATTITUDE, PLATFORM
+from sinssim.strapdown.frames import FRAME_REGISTRY, FRAMES
 from sinssim.units import DEG
 
 if TYPE_CHECKING:

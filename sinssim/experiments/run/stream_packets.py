@@ -24,9 +24,9 @@ from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
 from sinssim.earth.ellipsoids import ellipsoid_by_name
 from sinssim.errors import InputError
 from sinssim.experiments.run.finished_runs import FinishedRun
+from sinssim.logs.formats import DEFAULT_START
 from sinssim.logs.formats.export_streams import Content, choose, date_of_run
 from sinssim.logs.formats.nmea_ubx import MOST_HZ, nmea_instants
-from sinssim.logs.formats.registry import DEFAULT_START
 from sinssim.logs.gps_time import WEEK, parse_date
 from sinssim.logs.recorded_streams import FixStream
 from sinssim.logs.stored_run import STATE_COLUMNS, RecordedRun

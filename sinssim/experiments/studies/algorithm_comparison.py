@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import rotation
-from sinssim.algorithm_registry import REGISTRY
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, RunError
@@ -61,6 +60,7 @@ from sinssim.experiments.workload import (
 from sinssim.progress import Progress, shown
 from sinssim.sensors.sensor_set_readings import Readings, read
 from sinssim.statistics.circular_error import mean_rate, rate_uncertainty
+from sinssim.strapdown.attitude import REGISTRY
 from sinssim.strapdown.frames.route_pole import route_pole
 from sinssim.strapdown.mechanization import OF_TRUTH, Mechanization
 from sinssim.strapdown.navigation_error import NavError, error_numbers, navigation_error

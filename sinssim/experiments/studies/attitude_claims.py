@@ -27,7 +27,6 @@ from typing import Any
 import numpy as np
 
 from sinssim import rotation
-from sinssim.algorithm_registry import REGISTRY, family
 from sinssim.data import Array, ImuData
 from sinssim.earth.geodetic_coordinates import radii
 from sinssim.experiments.studies.study_results import (
@@ -44,6 +43,7 @@ from sinssim.experiments.studies.study_results import (
     undecided,
 )
 from sinssim.jit import bind, inline
+from sinssim.strapdown.attitude import REGISTRY, family
 from sinssim.strapdown.attitude.quaternion import dcm_k, start_k, step_k
 from sinssim.strapdown.attitude.rotation_vector import drift_under_coning, leading_drift_under_coning
 from sinssim.strapdown.coning_sculling import fitted_turn_k as turn_k

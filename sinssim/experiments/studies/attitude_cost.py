@@ -19,12 +19,12 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.algorithm_registry import REGISTRY
 from sinssim.data import Array
 from sinssim.experiments.studies.step_cost import KINDS, Operations, count, least_time, timed_data
 from sinssim.jit import bind, inline, kernel
 from sinssim.rotation import quaternion_from_euler
 from sinssim.rotation.quaternions import Matrix, dcm_from_quaternion_k
+from sinssim.strapdown.attitude import REGISTRY
 from sinssim.strapdown.attitude.quaternion import dcm_k, start_k, step_k
 from sinssim.strapdown.coning_sculling import FrameTurn, is_uniform, weight_table
 from sinssim.strapdown.coning_sculling import fitted_turn_k as turn_k

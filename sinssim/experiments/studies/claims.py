@@ -16,7 +16,6 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from sinssim.algorithm_registry import family
 from sinssim.experiments.studies.attitude_claims import coning_drift, euler_heading, euler_limit, orthogonality
 from sinssim.experiments.studies.attitude_cost import matrix_costs
 from sinssim.experiments.studies.position_claims import (
@@ -53,6 +52,7 @@ from sinssim.experiments.studies.study_results import (
 )
 from sinssim.experiments.studies.study_schema import CLAIMS, Part
 from sinssim.sensors.imu.grades import GRADE_TABLE
+from sinssim.strapdown.attitude import family
 from sinssim.units import NAUTICAL_MILE, UG, number_text
 
 NEGLIGIBLE = 0.1

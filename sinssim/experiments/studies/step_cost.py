@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from sinssim import units
-from sinssim.algorithm_registry import schedule, three_rates
+from sinssim.strapdown.attitude import schedule, three_rates
 
 if TYPE_CHECKING:
     from sinssim.data import ImuData, NavSolution, NavState

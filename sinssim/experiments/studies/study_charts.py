@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.algorithm_registry import family
 from sinssim.charts import TIME, Axis, Band, Bars, Chart, Charts, Dots, Line, Mark, Rule, Weight, in_rows
 from sinssim.data import Array
 from sinssim.experiments.studies import position_claims as law
@@ -17,6 +16,7 @@ from sinssim.experiments.studies.study_results import ErrorGrowth, Heading, Orde
 from sinssim.experiments.studies.study_schema import Part, Study
 from sinssim.recording.style import COLORS, colors, css
 from sinssim.sensors.imu.imu_section import Imu
+from sinssim.strapdown.attitude import family
 from sinssim.units import ARCSEC, DEG, fixed
 
 Label = Callable[[Row], str]

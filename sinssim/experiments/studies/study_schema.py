@@ -18,11 +18,8 @@ import numpy as np
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
 from sinssim import units
-from sinssim.algorithm_registry import ALGORITHMS, MEASURED_ATTITUDE, whole_ratio
-from sinssim.algorithm_registry import schedule as whole_rates
 from sinssim.data import ImuData
 from sinssim.errors import InputError, unknown_name
-from sinssim.frame_registry import FRAME_REGISTRY, frames_that
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.navigation_section import Curvature, Frame, OwnEllipsoid, Schedule, Vertical
 from sinssim.scenario.planned_limits import expected_duration
@@ -30,6 +27,9 @@ from sinssim.scenario.tables import COORDINATES, AnyClosedForm, Coordinates, Use
 from sinssim.sensors.imu.grades import GRADES
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.sensor_set_section import AttitudeSensor, Gyros, SensorSet, SixAccelerometers
+from sinssim.strapdown.attitude import ALGORITHMS, MEASURED_ATTITUDE, whole_ratio
+from sinssim.strapdown.attitude import schedule as whole_rates
+from sinssim.strapdown.frames import FRAME_REGISTRY, frames_that
 from sinssim.strapdown.mechanization import CURVATURES, OF_TRUTH
 from sinssim.system.registries import ensure
 from sinssim.toml_section import Duration, ExperimentFile, Keys, Rate, Section, known_name

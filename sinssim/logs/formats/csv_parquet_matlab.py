@@ -29,9 +29,9 @@ from sinssim.data import Array
 from sinssim.errors import InputError, shortened
 from sinssim.logs.column_names import TIME_UNITS, epoch_unit, meaning_of
 from sinssim.logs.column_tables import NamedTable, names_of
+from sinssim.logs.formats import Format
 from sinssim.logs.formats.euroc_tum_kitti import unit
 from sinssim.logs.formats.export_streams import Content, Export
-from sinssim.logs.formats.registry import Format
 from sinssim.logs.gps_time import gps_from_unix, gps_seconds, week_and_seconds
 from sinssim.logs.numeric_columns import check_finite, columns_of, rounded, write_columns
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams

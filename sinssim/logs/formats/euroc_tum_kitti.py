@@ -31,8 +31,8 @@ from sinssim import rotation
 from sinssim.data import Array
 from sinssim.earth.geodetic_coordinates import enu_about, flipped, level_turn, q_enu_flu, q_nb_from_enu_flu, swapped
 from sinssim.errors import InputError
+from sinssim.logs.formats import Format
 from sinssim.logs.formats.export_streams import Content, Export
-from sinssim.logs.formats.registry import Format
 from sinssim.logs.gps_time import EPOCH_UNIX, gps_from_unix, unix_from_gps
 from sinssim.logs.numeric_columns import (
     WHITESPACE,

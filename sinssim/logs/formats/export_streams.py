@@ -15,7 +15,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.errors import InputError, unknown_name
-from sinssim.logs.formats.registry import DEFAULT_START, WRITERS
+from sinssim.logs.formats import DEFAULT_START, WRITERS
 from sinssim.logs.gps_time import date_from_gps, parse_date
 from sinssim.logs.log_settings import outage_spans
 from sinssim.logs.recorded_log import withheld

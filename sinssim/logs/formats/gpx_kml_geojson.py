@@ -24,8 +24,8 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.earth.gravity_disturbance import GEOID_WORDS, geoid_along
 from sinssim.errors import InputError, shortened
+from sinssim.logs.formats import Format
 from sinssim.logs.formats.export_streams import Content, Export
-from sinssim.logs.formats.registry import Format
 from sinssim.logs.gps_time import gps_seconds, unix_from_gps
 from sinssim.logs.recorded_streams import Clock, FixStream, HeightDatum, Streams
 from sinssim.system.files import open_file

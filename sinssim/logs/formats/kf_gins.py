@@ -39,8 +39,8 @@ from sinssim import rotation
 from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import ellipsoid_by_name
 from sinssim.errors import InputError
+from sinssim.logs.formats import Format
 from sinssim.logs.formats.export_streams import Content, Export
-from sinssim.logs.formats.registry import Format
 from sinssim.logs.gps_time import WEEK, check_weeks, unrolled, week_and_seconds
 from sinssim.logs.numeric_columns import check_finite, columns_of, head_numbers, read_numbers, rounded, write_columns
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams

@@ -29,8 +29,8 @@ from sinssim import rotation
 from sinssim.data import Array
 from sinssim.earth.gravity_disturbance import GEOID_WORDS, geoid_along
 from sinssim.errors import InputError
+from sinssim.logs.formats import Format, library
 from sinssim.logs.formats.export_streams import Content, Export
-from sinssim.logs.formats.registry import Format, library
 from sinssim.logs.gps_time import DAY, WEEK, gps_from_date, gps_from_unix, unix_from_gps, unrolled
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
 from sinssim.system.files import open_file, read_text

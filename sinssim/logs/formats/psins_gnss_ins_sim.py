@@ -36,8 +36,8 @@ from sinssim.data import Array
 from sinssim.earth.geodetic_coordinates import swapped
 from sinssim.errors import InputError
 from sinssim.logs.column_names import SPELLED
+from sinssim.logs.formats import Format
 from sinssim.logs.formats.export_streams import Content, Export
-from sinssim.logs.formats.registry import Format
 from sinssim.logs.numeric_columns import check_finite, columns_of, read_numbers, rounded, write_columns
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
 from sinssim.system.files import open_text

@@ -23,7 +23,7 @@ import numpy as np
 from sinssim import rotation
 from sinssim.data import Array
 from sinssim.errors import InputError
-from sinssim.logs.formats.registry import Format, library, refused
+from sinssim.logs.formats import Format, library, refused
 from sinssim.logs.gps_time import WEEK, gps_from_unix
 from sinssim.logs.numeric_columns import cut_row
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams

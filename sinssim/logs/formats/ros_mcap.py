@@ -19,6 +19,7 @@ from sinssim import rotation
 from sinssim.data import Array
 from sinssim.earth.geodetic_coordinates import flipped, swapped
 from sinssim.errors import InputError
+from sinssim.logs.formats import Format, library, refused
 from sinssim.logs.formats.euroc_tum_kitti import (
     LOCAL,
     NS,
@@ -30,7 +31,6 @@ from sinssim.logs.formats.euroc_tum_kitti import (
     velocity,
 )
 from sinssim.logs.formats.export_streams import Content, Export
-from sinssim.logs.formats.registry import Format, library, refused
 from sinssim.logs.recorded_streams import FixStream, InertialStream, SolutionStream, Streams
 from sinssim.system.files import read_bytes, user_file
 from sinssim.units import DEG

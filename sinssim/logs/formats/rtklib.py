@@ -17,8 +17,8 @@ import numpy as np
 from sinssim import earth, rotation
 from sinssim.data import Array
 from sinssim.errors import InputError
+from sinssim.logs.formats import Format
 from sinssim.logs.formats.export_streams import Content, Export
-from sinssim.logs.formats.registry import Format
 from sinssim.logs.gps_time import WEEK, leap_seconds_of_day
 from sinssim.logs.numeric_columns import (
     WHITESPACE,

@@ -25,8 +25,8 @@ from sinssim import rotation
 from sinssim.data import Array
 from sinssim.earth.geodetic_coordinates import radii
 from sinssim.errors import InputError
+from sinssim.logs.formats import Format
 from sinssim.logs.formats.export_streams import Content, Export
-from sinssim.logs.formats.registry import Format
 from sinssim.logs.gps_time import WEEK, check_weeks, unrolled, week_and_seconds
 from sinssim.logs.numeric_columns import WHITESPACE, cut_rows, not_a_number, uneven
 from sinssim.logs.recorded_streams import Clock, FixStream, HeightDatum, SolutionStream, Streams

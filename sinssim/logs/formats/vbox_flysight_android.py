@@ -25,7 +25,7 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.logs.column_names import SPELLED
-from sinssim.logs.formats.registry import Format
+from sinssim.logs.formats import Format
 from sinssim.logs.gps_time import DAY, EPOCH_UNIX, WEEK, date_seconds, gps_from_unix, unrolled
 from sinssim.logs.numeric_columns import (
     WHITESPACE,

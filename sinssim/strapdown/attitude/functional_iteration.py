@@ -28,10 +28,10 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.earth.gravity import gravitation_ecef_k
 from sinssim.errors import InputError
-from sinssim.frame_registry import FRAME_REGISTRY, frames_that
 from sinssim.jit import bind, inline, kernel
 from sinssim.rotation.quaternions import Quaternion, Vector, multiply_k, quaternion_from_rotation_vector_k
 from sinssim.rotation.vectors import add, along, column, cross, keep_column, mul, turned
+from sinssim.strapdown.frames import FRAME_REGISTRY, frames_that
 from sinssim.strapdown.frames.inertial import InertialState, coordinates_k, geodetic_k, lifted_k, start_inertial_k
 from sinssim.strapdown.frames.navigation_problem import FORMS, Increments, Models, Problem, Rows, continued_k, keep_k
 from sinssim.strapdown.frames.vertical_channel import (

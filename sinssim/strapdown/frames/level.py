@@ -27,7 +27,6 @@ import numpy as np
 from sinssim.data import Array
 from sinssim.earth.gravity import gravity_ned_k
 from sinssim.errors import RunError
-from sinssim.frame_registry import frames_that
 from sinssim.jit import inline
 from sinssim.rotation.quaternions import Quaternion, Vector
 from sinssim.rotation.vectors import add, along, cross, mul, sub, sub_cross
@@ -35,6 +34,7 @@ from sinssim.strapdown.attitude.quaternion import dcm_k, quaternion_k, start_k, 
 from sinssim.strapdown.coning_sculling import BLOCK, FrameTurn, empty_turns_k, turn_in_block_k
 from sinssim.strapdown.coning_sculling import fill_fitted_turns as fill_turns
 from sinssim.strapdown.engine_assembly import engines
+from sinssim.strapdown.frames import frames_that
 from sinssim.strapdown.frames.navigation_problem import (
     FORMS,
     Increments,

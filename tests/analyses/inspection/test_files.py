@@ -17,7 +17,7 @@ from sinssim.analyses.inspection.inspected_files import inspect
 from sinssim.analyses.inspection.stream_findings import wrong
 from sinssim.analyses.inspection.text_columns import read_table
 from sinssim.errors import InputError
-from sinssim.logs.formats.registry import folder_of
+from sinssim.logs.formats import folder_of
 from sinssim.scenario import load_scenario
 from tests.analyses.inspection import worlds
 from tests.logs.formats.samples import FILES

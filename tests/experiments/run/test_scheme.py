@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from sinssim.experiments.run.navigation_scheme import scheme, scheme_words
-from sinssim.frame_registry import FRAMES
 from sinssim.scenario import Scenario, load_scenario
+from sinssim.strapdown.frames import FRAMES
 from tests.recording.drawings import check_words, words_of
 
 SHIPPED = sorted(path.stem for path in Path("scenarios").glob("*.toml") if path.stem != "one_component")

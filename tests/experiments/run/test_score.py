@@ -12,7 +12,7 @@ from rerun.chunk import RrdReader
 
 from sinssim.data import Array
 from sinssim.experiments.run.run_scores import Scored, record_scores
-from sinssim.logs.formats.registry import DEFAULT_START
+from sinssim.logs.formats import DEFAULT_START
 from sinssim.logs.gps_time import parse_date
 from sinssim.logs.solution_score import Judge, common_span
 from sinssim.logs.stored_run import RecordedRun

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sinssim.algorithm_registry import REGISTRY
 from sinssim.data import ImuData
 from sinssim.experiments.studies import attitude_cost, step_cost
 from sinssim.experiments.studies.attitude_cost import _loop, attitude_costs, count_attitude
+from sinssim.strapdown.attitude import REGISTRY
 from sinssim.strapdown.coning_sculling import weight_table
 
 COUNT = 24

@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from sinssim.algorithm_registry import ALGORITHMS, REGISTRY
 from sinssim.data import ImuData
 from sinssim.experiments.studies.attitude_cost import matrix_costs
 from sinssim.experiments.studies.claims import _COMPUTED, decide, trigonometric_matrix
@@ -17,6 +16,7 @@ from sinssim.experiments.studies.study_exhibits import StudyMedia
 from sinssim.experiments.studies.study_results import LOOKS_AHEAD, StudyResult
 from sinssim.experiments.studies.study_schema import COMPUTED, Study
 from sinssim.jit import inline, kernel
+from sinssim.strapdown.attitude import ALGORITHMS, REGISTRY
 from sinssim.strapdown.navigate import navigate
 from tests.strapdown.variants import with_slow_variants
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from sinssim.algorithm_registry import ALGORITHMS, REGISTRY
 from sinssim.data import ImuData, NavState
 from sinssim.experiments.studies.attitude_claims import EXACTLY, ORDER, ROUNDING, guarantee
+from sinssim.strapdown.attitude import ALGORITHMS, REGISTRY
 from sinssim.strapdown.navigate import navigate
 from tests.strapdown.variants import with_slow_variants
 

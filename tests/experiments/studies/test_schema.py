@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from sinssim import ALGORITHMS
-from sinssim.algorithm_registry import whole_ratio
 from sinssim.content import list_content
 from sinssim.errors import InputError
 from sinssim.experiments.study import load_study
+from sinssim.strapdown.attitude import whole_ratio
 
 PART = """\
 [[parts]]

@@ -12,7 +12,7 @@ import pytest
 
 from sinssim import rotation
 from sinssim.errors import InputError
-from sinssim.logs.formats.registry import FORMATS, candidates, detect, read_file
+from sinssim.logs.formats import FORMATS, candidates, detect, read_file
 from sinssim.logs.gps_time import gps_from_date
 from sinssim.logs.recorded_streams import FixStream, SolutionStream, Streams
 from sinssim.units import DEG, KNOT

@@ -10,8 +10,8 @@ import pytest
 
 from sinssim import earth, rotation
 from sinssim.errors import InputError
+from sinssim.logs.formats import detect, read_file
 from sinssim.logs.formats.novatel import is_ascii
-from sinssim.logs.formats.registry import detect, read_file
 from sinssim.logs.recorded_streams import FixStream, InertialStream
 from sinssim.units import DEG
 from tests.logs.formats import loggers, samples

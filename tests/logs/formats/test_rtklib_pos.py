@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.formats.registry import read_file
+from sinssim.logs.formats import read_file
 from sinssim.logs.formats.rtklib import read_rtklib as read
 from sinssim.logs.formats.rtklib import recognises_rtklib as recognises
 from sinssim.logs.log_settings import LogGnss

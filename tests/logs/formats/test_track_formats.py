@@ -11,8 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.formats import csv_parquet_matlab, gpx_kml_geojson
-from sinssim.logs.formats.registry import format_of
+from sinssim.logs.formats import csv_parquet_matlab, format_of, gpx_kml_geojson
 from sinssim.logs.recorded_streams import Streams
 from sinssim.rotation.quaternions import quaternion_from_euler
 

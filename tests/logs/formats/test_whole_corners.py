@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sinssim.errors import InputError
-from sinssim.logs.formats.registry import read_file
+from sinssim.logs.formats import read_file
 from tests.logs.formats.samples import nmea_sentence
 from tests.logs.formats.test_whole_receivers import _novatel, _ubx
 from tests.logs.formats.whole import only, whole

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sinssim.logs.formats.registry import read_file
+from sinssim.logs.formats import read_file
 from tests.logs.formats.whole import only, whole
 
 NAN = float("nan")

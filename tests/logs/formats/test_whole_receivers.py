@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sinssim.logs.formats import read_file
 from sinssim.logs.formats.nmea_ubx import recognises_ubx
 from sinssim.logs.formats.novatel import SCALES
-from sinssim.logs.formats.registry import read_file
 from tests.logs.formats.samples import nmea_sentence, novatel_crc
 from tests.logs.formats.whole import only, whole
 

@@ -13,10 +13,9 @@ import pytest
 
 from sinssim.errors import InputError
 from sinssim.logs import numeric_columns as number_table
-from sinssim.logs.formats import novatel, ros_mcap, vbox_flysight_android
+from sinssim.logs.formats import novatel, read_file, ros_mcap, vbox_flysight_android
 from sinssim.logs.formats import novatel as novatel_ascii
 from sinssim.logs.formats.euroc_tum_kitti import split_first, unit
-from sinssim.logs.formats.registry import read_file
 from sinssim.logs.numeric_columns import read_numbers
 from tests.logs.formats.whole import whole
 

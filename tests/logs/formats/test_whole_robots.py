@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from sinssim.data import Array
-from sinssim.logs.formats.registry import read_file
+from sinssim.logs.formats import read_file
 from tests.logs.formats.whole import attitude, only, whole
 
 NAN = float("nan")

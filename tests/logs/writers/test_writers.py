@@ -17,9 +17,8 @@ from sinssim import rotation
 from sinssim.earth.gravity_disturbance import DisturbingField
 from sinssim.earth.harmonic_coefficients import shipped
 from sinssim.errors import InputError
-from sinssim.logs.formats import rtklib
+from sinssim.logs.formats import WRITERS, read_file, rtklib
 from sinssim.logs.formats.export_streams import Exported, export
-from sinssim.logs.formats.registry import WRITERS, read_file
 from sinssim.logs.recorded_streams import SolutionStream
 from sinssim.logs.stored_run import RecordedRun
 from sinssim.units import DEG

@@ -16,9 +16,8 @@ from numpy.polynomial.legendre import leggauss
 from scipy.special import j1
 
 from sinssim import ALGORITHMS, ImuData, InputError, NavState, navigate
-from sinssim.algorithm_registry import REGISTRY
 from sinssim.strapdown import iteration_windows as windows
-from sinssim.strapdown.attitude import rotation_vector
+from sinssim.strapdown.attitude import REGISTRY, rotation_vector
 from sinssim.strapdown.attitude import rotation_vector as coning_drift
 from sinssim.strapdown.attitude.quaternion_picard import unit_k
 from sinssim.strapdown.coning_sculling import BodyTurn, FrameTurn

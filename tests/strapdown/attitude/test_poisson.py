@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sinssim.algorithm_registry import REGISTRY
-from sinssim.strapdown.attitude import poisson
+from sinssim.strapdown.attitude import REGISTRY, poisson
 from sinssim.strapdown.attitude.poisson import nearest_rotation_k
 
 

@@ -195,7 +195,7 @@ def test_two_rates_are_those_of_attitude_and_of_the_rest(flight):
 def test_a_frame_without_a_schedule_is_refused(monkeypatch):
     from dataclasses import replace
 
-    from sinssim.frame_registry import FRAME_REGISTRY
+    from sinssim.strapdown.frames import FRAME_REGISTRY
 
     monkeypatch.setitem(FRAME_REGISTRY.shipped, "wander", replace(FRAME_REGISTRY["wander"], has_three_rates=False))
     with pytest.raises(InputError, match=r"works in the frames level, free-azimuth, .*, not in wander"):

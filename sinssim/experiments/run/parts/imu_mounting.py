@@ -10,7 +10,6 @@ from typing import NotRequired, TypedDict
 import numpy as np
 
 from sinssim import units
-from sinssim.algorithm_registry import PLATFORM
 from sinssim.charts import PAIR, Axis, Chart, Charts, Color, Line, Weight, over
 from sinssim.data import Array, ImuData
 from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
@@ -23,6 +22,7 @@ from sinssim.sensors.imu.size_effect import rectified
 from sinssim.sensors.sensor_set_readings import PlatformErrors, read, without_errors_of_turns
 from sinssim.simulation.navigation_stage import Navigated, what_if
 from sinssim.simulation.truth_and_sensors import Truth
+from sinssim.strapdown.attitude import PLATFORM
 from sinssim.strapdown.gimballed_platform import PlatformSolution, inertial_forces
 from sinssim.strapdown.navigation_error import NO_NUMBERS, NavError, error_numbers
 from sinssim.strapdown.platform_theory import ACCELEROMETERS, GYROS, START, TORQUERS, ErrorsByCause, errors_by_cause
