@@ -36,10 +36,12 @@ _RULES = {
     "pitch_integral": "corner of 2 rad/s",
     "speed_gain": "pole placement: damping 0.9",
     "speed_integral": "0.016: 1 m/s moves the throttle by a tenth in six seconds; less with a slow engine",
-    "climb_throttle": "gravity over the acceleration by full throttle",
+    "climb_throttle": "of a slow climb at constant airspeed",
+    "throttle_lead_s": "by the same: the throttle moves before the climb",
     "throttle_rate": "0.4/s over the lag of the engines, 0.1 to 0.3",
     "yaw_feedforward": "rudder of the steady turn without sideslip",
-    "sideslip_gain": "least cost of a roll-in, with the margins",
+    "yaw_gain": "least cost of a roll-in and of a gust from the side, with the margins",
+    "sideslip_gain": "by the same",
     "sideslip_integral": "corner of 0.3 rad/s",
 }
 _RULES_OF_GLIDER = {
@@ -47,6 +49,7 @@ _RULES_OF_GLIDER = {
     "speed_gain": "airspeed to the sine of the descent: pole placement, damping 0.9",
     "speed_integral": "by the same",
     "climb_throttle": "gravity accelerates it",
+    "throttle_lead_s": "of no effect",
     "throttle_rate": "of no effect",
 }
 

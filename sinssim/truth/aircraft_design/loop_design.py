@@ -3,8 +3,9 @@
 Each loop is closed over the models of all trims, with the schedule of the autopilot over airspeed. The inner gains are
 the largest that leave `LEAST_DB` and `LEAST_DEG` at every trim and whose crossover is at most that of the loop: the
 rate loops are proportional-integral control of fixed corner, the largest gain of which rejects disturbances best.
-Feedforward and the rudder's gains minimise a quadratic cost of the linear response to a usual manoeuvre (LQ of the
-structure that the autopilot has). The outer loops follow by the separation of their time constants from the inner ones.
+Feedforward and the rudder's gains minimise a quadratic cost of the linear response to a usual manoeuvre, the latter
+also to a gust from the side (LQ of the structure that the autopilot has). The outer loops follow by the separation of
+their time constants from the inner ones.
 """
 
 from __future__ import annotations
@@ -28,9 +29,13 @@ _PITCH_CROSSOVER, _ROLL_CROSSOVER, _YAW_CROSSOVER = 8.0, 4.0, 2.0
 """Largest crossovers, rad/s: a twentieth of the commands' 188 rad/s at most, whose hold costs 8°."""
 _CORNER = 2.0  # corner of the rate loops, 1/s: below the crossover, so that the integral costs at most 30° there
 _LADDER = np.geomspace(0.002, 8.0, 70)  # gains that are tried, steps of 1 dB
+_FINER = (1.1, 1.075, 1.05, 1.025, 1.0)  # within a step
 _EARLY = 0.4  # of a response that is still that of the rate alone [s]
 _HORIZON = 8.0  # of a simulated response [s]; the models are of 12 s
+_SLOWLY = 0.1  # of feedforward for what is nearly steady [rad/s]
+_LONGEST_LEAD = 3.0  # of the throttle [s]
 _SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the inverse of the plant, as feedforward
+_GUST = 5.0  # from the side, moderate [m/s]
 _SPEED_INTEGRAL = 0.016  # of the airspeed: 1 m/s moves the throttle by a tenth in six seconds
 _DAMPING = 0.9  # of the outer loops
 _APART = 4.0 * _DAMPING**2  # time constant of an outer loop over that of the loop inside, for this damping
@@ -190,14 +195,12 @@ def design_loops(
     pitch_gain = _largest(
         places, lambda at, k: [at.pitch(k, _CORNER * k)], pace * _PITCH_CROSSOVER, "elevator", _settles_q
     )
-    pitch_integral = _CORNER * pitch_gain
-    pitch_feedforward = _pitch_feedforward(places[0], pitch_gain, pitch_integral)
-    bandwidth = places[0].bandwidth(pitch_gain, pitch_integral, pitch_feedforward)
+    pitch_feedforward = _pitch_feedforward(places[0], pitch_gain, _CORNER * pitch_gain)
+    bandwidth = places[0].bandwidth(pitch_gain, _CORNER * pitch_gain, pitch_feedforward)
     lateral, roll_lag, roll_feedforward = _lateral(places, pace)
     bank_rate = min(1.2, 0.75 * lateral.bank_gain)
     roll_rate = min(30.0, max(4.0, math.degrees(_full_roll_rate(places[0])) / 5.0))  # a fifth of full aileron's
-    lag = lift_lag(points[0].vertical, points[0].trim)
-    at_reference = min(3.0, lag * reference / points[0].trim.tas)
+    at_reference = min(3.0, lift_lag(points[0].vertical, points[0].trim) * reference / points[0].trim.tas)
     load_time = min(1.5, max(_LOAD_LAG, 1.2 / bandwidth))
     path_gain = min(0.9, 0.5 * pace / (load_time + 1.0 / bandwidth))  # 60° of phase with both lags
     acceleration = roll_rate / max(0.7, 2.0 * roll_lag)
@@ -207,6 +210,7 @@ def design_loops(
     engine_lag, thrust = engine_response(points[0].vertical) or (1.0 / path_gain, G)
     # at most so steep that the fastest climb levels off within the largest acceleration: v/k over v²/(2 a), with 10 %
     height_rate = min(path_gain / _APART, 2.0 * _LEVELLING[1] / (1.1 * climb))
+    climb_throttle, lead = _climb_throttle(points[0]) or (G / thrust, 0.0)
     natural = pace * min(math.sqrt(_SPEED_INTEGRAL * thrust), 0.3 / max(engine_lag, 1e-3))
     gains = AutopilotGains(
         reference_kt=_rounded(reference / KNOT, 4),
@@ -227,10 +231,11 @@ def design_loops(
         lift_time_s=_rounded(at_reference),
         pitch_feedforward=_rounded(pitch_feedforward),
         pitch_gain=_rounded(pitch_gain),
-        pitch_integral=_rounded(pitch_integral),
+        pitch_integral=_rounded(_CORNER * pitch_gain),
         speed_gain=_rounded(2.0 * _DAMPING * natural / thrust),
         speed_integral=_rounded(natural**2 / thrust),
-        climb_throttle=_rounded(G / thrust),
+        climb_throttle=_rounded(climb_throttle),
+        throttle_lead_s=_rounded(lead),
         throttle_rate=_rounded(min(0.3, max(0.1, 0.4 / (1.0 + engine_lag)))),
         yaw_feedforward=_rounded(lateral.yaw_feedforward),
         yaw_gain=_rounded(lateral.yaw_gain),
@@ -291,10 +296,16 @@ def _largest(
     settles: Callable[[_Scheduled, float], bool],
 ) -> float:  # fmt: skip
     """Return the largest gain with the margins at every trim."""
-    for gain in reversed(_LADDER.tolist()):
+
+    def suits(gain: float) -> bool:
         stability = [margins(loop) for at in places for loop in loops(at, gain)]
-        if all(_enough(m) and m.crossover <= crossover for m in stability) and all(settles(at, gain) for at in places):
-            return float(gain)
+        return all(_enough(m) and m.crossover <= crossover for m in stability) and all(
+            settles(at, gain) for at in places
+        )
+
+    for gain in reversed(_LADDER.tolist()):
+        if suits(gain):
+            return float(next(factor * gain for factor in _FINER if factor == 1.0 or suits(factor * gain)))
     raise InputError(
         f"no gain of the {control} leaves margins of {LEAST_DB:g} dB and {LEAST_DEG:g}° at "
         f"{', '.join(f'{at.trim.cas / KNOT:.0f} kt' for at in places)}"
@@ -393,16 +404,13 @@ def _lateral(places: Sequence[_Scheduled], pace: float) -> tuple[_Lateral, float
                 continue
             if any(margins(at.lateral_loops(k)[1]).crossover > pace * _YAW_CROSSOVER for at in places):
                 continue
-            with_gain = sum(_cost_of(_roll_in(at, k, 0.0, bank=20.0 * DEG)) for at in places)
+            with_gain = sum(_cost(at, k) + _cost(at, k, gust=_GUST) for at in places)
             if with_gain < 0.98 * cost:  # a larger gain must be worth it
                 best, cost = k, with_gain
     if math.isinf(cost):
         raise InputError(f"no gains of the aileron and the rudder leave margins of {LEAST_DB:g} dB and {LEAST_DEG:g}°")
     plant = float(np.real(1.0 / first.point.lateral.response(np.array([1.0]))[0, 0, 0]))
-    share = min(
-        _SHARES,
-        key=lambda part: _cost_of(_roll_in(first, best, part * max(plant, 0.0), bank=20.0 * DEG)),
-    )
+    share = min(_SHARES, key=lambda part: _cost(first, best, part * max(plant, 0.0)))
     return best, roll_lag, share * max(plant, 0.0)
 
 
@@ -412,16 +420,18 @@ def _has_margins(places: Sequence[_Scheduled], k: _Lateral) -> bool:
     return all(map(_enough, loops))
 
 
-def _cost_of(response: tuple[Array, Array]) -> float:
-    """Return the quadratic cost of a roll-in: bank error and, twice as dear, sideslip."""
-    error, slip = response
-    total = float(np.sum(error**2) + 4.0 * np.sum(slip**2))
+def _cost(at: _Scheduled, k: _Lateral, feedforward: float = 0.0, *, gust: float = 0.0) -> float:
+    """Return the quadratic cost of a roll-in to 20°: bank error and, twice as dear, sideslip; or of a gust from the
+    side, m/s: bank error, and by how much the heading changes in half a second."""
+    error, slip, rate = _roll_in(at, k, feedforward, bank=0.0 if gust else 20.0 * DEG, gust=gust)
+    beside = 0.5 * rate if gust else 2.0 * slip
+    total = float(np.sum(error**2) + np.sum(beside**2))
     return total if math.isfinite(total) else math.inf
 
 
 def _turn_rudder(at: _Scheduled) -> float:
     """Return the rudder for a yaw rate of the steady turn, beside that against the sideslip: −δr/r where β = 0."""
-    response = at.point.lateral.response(np.array([0.1]))[0]  # rows p, phi, r, beta
+    response = at.point.lateral.response(np.array([_SLOWLY]))[0]  # rows p, phi, r, beta
     try:
         controls = np.linalg.solve(response[[1, 3]], np.array([1.0, 0.0]))
     except np.linalg.LinAlgError:
@@ -430,12 +440,14 @@ def _turn_rudder(at: _Scheduled) -> float:
 
 
 def _roll_in(
-    at: _Scheduled, k: _Lateral, feedforward: float, *, pulse: float = 0.0, bank: float = 0.0
-) -> tuple[Array, Array]:
-    """Return the bank's error and the sideslip after a pulse of the aileron, or while rolling to an angle of bank by
-    the reference of the autopilot (rate at most 10°/s, time constant 1.5 s)."""
-    state, total_aileron, total_rudder = at.b[:, 0] * pulse, 0.0, 0.0
-    angle, errors, slips = 0.0, [], []
+    at: _Scheduled, k: _Lateral, feedforward: float, *, pulse: float = 0.0, bank: float = 0.0, gust: float = 0.0
+) -> tuple[Array, Array, Array]:
+    """Return the bank's error, the sideslip and the yaw rate after a pulse of the aileron, after a gust from the side,
+    m/s, or while rolling to an angle of bank by the reference of the autopilot (rate at most 10°/s, time constant
+    1.5 s). In the air of the gust, the aircraft begins with its sideslip."""
+    blown = np.linalg.pinv(at.c)[:, 3] * gust / at.trim.tas  # the smallest state
+    state, total_aileron, total_rudder = at.b[:, 0] * pulse + blown, 0.0, 0.0
+    angle, errors, slips, rates = 0.0, [], [], []
     for _ in range(round(_HORIZON / INTERVAL)):
         p, phi, r, beta = at.c @ state
         rate = max(-10.0 * DEG, min(10.0 * DEG, (bank - angle) / 1.5))
@@ -449,8 +461,22 @@ def _roll_in(
         rudder -= at.feedback * (k.yaw_gain * (yaw - r) + k.sideslip_gain * beta)
         errors.append(angle - phi)
         slips.append(beta)
+        rates.append(r)
         state = at.a @ state + at.b @ (aileron, rudder)
-    return np.array(errors), np.array(slips)
+    return np.array(errors), np.array(slips), np.array(rates)
+
+
+def _climb_throttle(point: DesignPoint) -> tuple[float, float] | None:
+    """Return the throttle over the angle of climb at constant airspeed and its lead before the climb, s: K and T of
+    K (1 + T s), which the throttle of a slow oscillation is; None for a glider."""
+    model = point.vertical
+    if "throttle" not in model.inputs:
+        return None
+    answers = model.response(np.array([_SLOWLY]))[0, [model.outputs.index("climb"), model.outputs.index("cas")]]
+    throttle = complex(np.linalg.lstsq(answers, np.array([1.0, 0.0]), rcond=None)[0][1]) * point.trim.tas
+    if throttle.real <= 0.0:
+        return None
+    return throttle.real, min(_LONGEST_LEAD, max(0.0, throttle.imag / (_SLOWLY * throttle.real)))
 
 
 def engine_response(model: LinearModel) -> tuple[float, float] | None:

@@ -111,6 +111,7 @@ class AutopilotGains(Section):
     speed_gain: Positive
     speed_integral: NotNegative
     climb_throttle: NotNegative  # climb angle to throttle
+    throttle_lead_s: NotNegative = 0.0  # lead of the climb's throttle, against the lag of the engines
     throttle_rate: Positive  # limit of the throttle's rate, 1/s
     # yaw rate of the coordinated turn to rudder, against a yaw damper that would resist it
     yaw_feedforward: NotNegative

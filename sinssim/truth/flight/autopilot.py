@@ -129,7 +129,7 @@ class Autopilot:
         self.elevator = self.aileron = self.rudder = self.throttle = self.steer = 0.0
 
         self._bank_reference = self._roll_reference = self._roll_integral = 0.0
-        self._climb_reference = self._pitch_integral = 0.0
+        self._climb_reference = self._climb_ahead = self._pitch_integral = 0.0
         self._load_ahead = self._load_reference = 1.0
         self._speed_reference = self._throttle_integral = self._rudder_integral = self._descent = 0.0
 
@@ -220,13 +220,14 @@ class Autopilot:
             step = self._climb_step
             change = step if change > step else -step if change < -step else change
             self._climb_reference += change
+            self._climb_ahead = self._climb_reference + k.throttle_lead_s * change / dt
             load = change / dt + k.path_gain * (self._climb_reference - m.climb)
             # The bank at the time when the lift has followed.
             cos_bank = cos(m.phi + k.load_time_s * self._roll_reference)
             return (cos_theta + load / (G * (cos_theta if cos_theta > 0.3 else 0.3))) / (
                 cos_bank if cos_bank > 0.15 else 0.15
             )
-        self._climb_reference = m.climb
+        self._climb_reference = self._climb_ahead = m.climb
         if self.vertical == PITCH:
             rate = 0.8 * (self.pitch - m.theta)
             return weight + tas / G * (0.06 if rate > 0.06 else -0.06 if rate < -0.06 else rate)
@@ -268,7 +269,7 @@ class Autopilot:
                 cas + _SHORT if reference > cas + _SHORT else cas - _SHORT if reference < cas - _SHORT else reference
             )
             error = self._speed_reference - cas
-            climb = 0.0 if self.glides else self._climb_reference
+            climb = 0.0 if self.glides else self._climb_ahead
             ahead = k.climb_throttle * (climb / tas + change / (dt * G))
             throttle = self._throttle_integral + k.speed_gain * error + ahead
             if 0.0 < throttle < 1.0 or (throttle >= 1.0) == (error < 0.0):

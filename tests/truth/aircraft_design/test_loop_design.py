@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from sinssim.content import list_content
 from sinssim.errors import InputError
+from sinssim.toml_file import read_toml
 from sinssim.truth.aircraft_design import loop_design
 from sinssim.truth.aircraft_design.acceptance_flight import fly_acceptance
 from sinssim.truth.aircraft_design.aircraft_design import design_points
@@ -29,6 +31,8 @@ from sinssim.truth.aircraft_design.loop_design import (
 )
 from sinssim.truth.flight.aircraft import AutopilotGains, load_aircraft
 from sinssim.truth.flight.autopilot import INTERVAL, AircraftState, Autopilot
+from sinssim.truth.flight.flight_plan import FlightPlan
+from sinssim.truth.flight.jsbsim_simulation import fly_plan
 from tests.truth.aircraft_design.test_linear_model import model_of
 
 KNOT = 1852.0 / 3600.0
@@ -52,6 +56,7 @@ def kite(speed_kt: float, *, side: float = 1.0, plain: bool = True) -> DesignPoi
     lateral = model_of(a, b, np.eye(4), ("aileron", "rudder"), ("p", "phi", "r", "beta"))
     a = np.zeros((5, 5))  # q, theta, alpha, climb, cas
     a[0, 0], a[0, 2], a[1, 0], a[2, 0], a[2, 2], a[3, 2] = -1.5, -6.0, 1.0, 1.0, -1.0 / LIFT_LAG, v / LIFT_LAG
+    a[4, 3] = -G / v  # a climb costs airspeed
     b = np.array([[-8.0 * grown, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 2.0]])
     vertical = model_of(a, b, np.eye(5), ("elevator", "throttle"), ("q", "theta", "alpha", "climb", "cas"))
     return DesignPoint(trim, 1000.0, lateral, vertical)
@@ -72,6 +77,7 @@ def test_constants_of_the_airframe_are_those_of_its_equations() -> None:
     assert k.airspeed_scheduled
     assert k.lift_time_s == pytest.approx(LIFT_LAG, rel=2e-3)
     assert k.climb_throttle == pytest.approx(G / 2.0, rel=2e-3)
+    assert k.throttle_lead_s == pytest.approx(0.5 * INTERVAL, abs=1e-4)  # of a throttle that is held
     # poles of V' = 2 u with integral control: ω² = 2 k_i, 2 ζ ω = 2 k_p
     natural = math.sqrt(2.0 * k.speed_integral)
     assert natural == pytest.approx(math.sqrt(0.016 * 2.0), rel=2e-3)
@@ -103,7 +109,7 @@ def test_every_trim_has_the_margins_and_the_gain_is_the_largest() -> None:
         assert least.gain_db >= LEAST_DB - 0.2  # of gains of three digits
         assert least.phase_deg >= LEAST_DEG - 0.5
     k = found.gains
-    larger = k.model_copy(update={"pitch_gain": 1.25 * k.pitch_gain, "pitch_integral": 1.25 * k.pitch_integral})
+    larger = k.model_copy(update={"pitch_gain": 1.03 * k.pitch_gain, "pitch_integral": 1.03 * k.pitch_integral})
     more = loop_margins([kite(200.0), kite(150.0), kite(280.0)], larger)
     limits = [one.margins for one in more if one.loop == "pitch"]
     assert any(m.gain_db < LEAST_DB or m.phase_deg < LEAST_DEG or m.crossover > 8.0 for m in limits)
@@ -119,6 +125,33 @@ def test_the_loop_of_the_roll_is_that_of_its_equations() -> None:
     found = next(one.margins for one in designed().margins if one.loop == "roll")
     assert found.crossover == pytest.approx(known.crossover, rel=0.01)
     assert found.phase_deg == pytest.approx(known.phase_deg, abs=3.0)
+
+
+def test_the_throttle_of_a_climb_leads_by_the_lag_of_the_engine() -> None:
+    """V' = T − g ḣ/V, T' = (2 u − T)/τ: at constant airspeed u = g/2 (1 + τ s) ḣ/V."""
+    point, engine = kite(200.0), 1.4
+    a, b = np.zeros((6, 6)), np.zeros((6, 2))
+    a[0, 0], a[0, 2], a[1, 0], a[2, 0], a[2, 2] = -1.5, -6.0, 1.0, 1.0, -1.0 / LIFT_LAG
+    a[3, 2], a[4, 3], a[4, 5], a[5, 5] = point.trim.tas / LIFT_LAG, -G / point.trim.tas, 1.0, -1.0 / engine
+    b[0, 0], b[5, 1] = -8.0, 2.0 / engine
+    slow = DesignPoint(point.trim, point.height, point.lateral, model_of(a, b, np.eye(5, 6), *names(point)))
+    throttle, lead = loop_design._climb_throttle(slow) or (0.0, 0.0)
+    assert throttle == pytest.approx(G / 2.0, rel=1e-3)
+    assert lead == pytest.approx(engine, abs=0.05)
+
+
+def test_a_gust_from_the_side_turns_the_nose_into_it() -> None:
+    """β' = −r − 0.1 β, r' = 4 β − 1.2 r from β₀: r = 4 β₀ e^(−σ t) sin(ω t)/ω with σ = 0.65, ω² = 4.12 − σ²; a yaw
+    damper turns it less, so the design has one, although a roll-in alone is not worth it."""
+    at = loop_design._Scheduled(kite(200.0), 200.0 * KNOT, scheduled=True)
+    still = loop_design._Lateral(1.0, 0.0, 0.0)
+    _, slip, rate = loop_design._roll_in(at, still, 0.0, gust=5.0)
+    time, omega = np.arange(len(rate)) * INTERVAL, math.sqrt(4.12 - 0.65**2)
+    assert slip[0] == pytest.approx(5.0 / (200.0 * KNOT))
+    assert rate == pytest.approx(4.0 * slip[0] * np.exp(-0.65 * time) * np.sin(omega * time) / omega, abs=2e-4)
+    damped = loop_design._Lateral(1.0, 0.0, 0.0, yaw_gain=0.3)
+    assert loop_design._cost(at, damped, gust=5.0) < 0.8 * loop_design._cost(at, still, gust=5.0)
+    assert designed().gains.yaw_gain > 0.0
 
 
 def pitch_rate(k: AutopilotGains, factor: float) -> np.ndarray:
@@ -177,30 +210,78 @@ def test_the_least_margins_of_a_loop() -> None:
     assert design.least("roll") == Margins(9.0, 61.0, 3.0)
 
 
+SPREAD = {"height_m": 0.02, "airspeed_kt": 0.005, "heading_deg": 0.01}
+"""A third of what a figure changes by when the flight starts at another heading: 0.06 m, 0.016 kt and 0.026°. Half of
+JSBSim's step changes it by 0.007 m, 0.002 kt and 0.013°."""
+
+
+def redesigned(name: str, height: float) -> AutopilotGains:
+    """Return the gains of the design for an aircraft with the speeds of its file."""
+    shipped = load_aircraft(name)
+    performance, envelope = shipped.performance, shipped.envelope
+    assert envelope is not None
+    ends = 1.1 * envelope.min_kt[2], envelope.max_kt[2]
+    points = design_points(name, height, performance.cruise_kt, *ends, lambda *_: None)
+    return design_loops(points, max(performance.climb_mps, performance.descent_mps)).gains
+
+
+def changed(name: str, gains: AutopilotGains, folder: Path) -> str:
+    """Return the path of an aircraft with other gains."""
+    folder.mkdir()
+    text = aircraft_text(load_aircraft(name).model_copy(update={"autopilot": gains}))
+    (folder / "aircraft.toml").write_text(text)
+    return str(folder)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "height"), [("737", 3000.0), ("c172x", 1500.0), ("f16", 3000.0)])
 def test_the_shipped_aircraft_redesigned_fly_as_well(name: str, height: float, tmp_path: Path) -> None:
-    """No leg has errors that exceed those of the shipped gains by 0.02 m, 0.2 kt or 0.1°; the margins that a flight
-    shows: twice the gain of the elevator is flown, too."""
-    shipped = load_aircraft(name)
-    cruise, envelope = shipped.performance.cruise_kt, shipped.envelope
-    assert envelope is not None
-    points = design_points(name, height, cruise, 1.1 * envelope.min_kt[2], envelope.max_kt[2], lambda *_: None)
-    climb = max(shipped.performance.climb_mps, shipped.performance.descent_mps)
-    gains = design_loops(points, climb).gains
-    before = fly_acceptance(name, shipped.performance, height)
+    """No leg has larger errors than with the shipped gains, to `SPREAD`; the margins that a flight shows: twice the
+    gain of the elevator is flown, too."""
+    performance, gains = load_aircraft(name).performance, redesigned(name, height)
+    before = fly_acceptance(name, performance, height)
     for factor in (1.0, 2.0):
         louder = {key: factor * getattr(gains, key) for key in ("pitch_gain", "pitch_integral")}
-        folder = tmp_path / f"{name}{factor:g}"
-        folder.mkdir()
-        changed = shipped.model_copy(update={"autopilot": gains.model_copy(update=louder)})
-        (folder / "aircraft.toml").write_text(aircraft_text(changed))
-        after = fly_acceptance(str(folder), shipped.performance, height)
+        path = changed(name, gains.model_copy(update=louder), tmp_path / f"{name}{factor:g}")
+        after = fly_acceptance(path, performance, height)
         assert not [words for one in after if (words := one.excess())]
         for old, new in zip(before, after, strict=True) if factor == 1.0 else ():
-            for key, more in (("height_m", 0.02), ("airspeed_kt", 0.2), ("heading_deg", 0.1)):
+            for key, spread in SPREAD.items():
                 if getattr(old, key) is not None:
-                    assert getattr(new, key) < getattr(old, key) + more, old.leg
+                    assert getattr(new, key) < getattr(old, key) + spread, old.leg
+
+
+@pytest.mark.slow
+def test_the_737_redesigned_flies_first_flight_as_well(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Largest distance from what the autopilot holds on each leg: the last 15 s of a hold, the rest 5 s after its
+    beginning, when the leg before has decayed. In half of them the errors are less than half as large."""
+    flown, step = list[tuple[float, float, float, float]](), Autopilot.step
+
+    def watched(pilot: Autopilot, m: AircraftState) -> None:
+        course = math.degrees(math.remainder(m.psi - pilot.heading, 2.0 * math.pi))
+        flown.append((m.time, m.height - pilot.height, (m.cas - pilot.airspeed) / KNOT, course))
+        step(pilot, m)
+
+    def errors(aircraft: str) -> list[float]:
+        flown.clear()
+        plan = FlightPlan.model_validate({**known, "aircraft": aircraft})
+        bounds = [event.time for event in fly_plan(plan).events if event.text.endswith((" begins", " ends"))]
+        table, largest = np.array(flown), list[float]()
+        for number, leg in enumerate(plan.legs):
+            begin, end = bounds[2 * number : 2 * number + 2]
+            begin = max(begin + 5.0, end - 15.0) if leg.type == "hold" else begin + 5.0
+            part = table[(table[:, 0] > begin) & (table[:, 0] < end)]
+            held = {"hold": (1, 2, 3), "speed": (1, 3), "climb": (2, 3), "descend": (2, 3)}.get(leg.type, (1, 2))
+            largest += [float(np.abs(part[:, column]).max()) for column in held]
+        return largest
+
+    monkeypatch.setattr(Autopilot, "step", watched)
+    _, scenario = read_toml(list_content("scenarios")["first_flight"])
+    known = scenario["flight"]
+    path = changed("737", redesigned("737", 3000.0), tmp_path / "737")
+    before, after = errors("737"), errors(path)
+    assert all(new < old for old, new in zip(before, after, strict=True))
+    assert np.median(np.array(after) / before) < 0.5
 
 
 def headings(gains: AutopilotGains, heading_time: float) -> NDArray[np.float64]:

@@ -137,8 +137,8 @@ def instrumented(**state: float) -> tuple[Autopilot, AircraftState]:
         roll_acceleration_max_deg_s2=degrees(1.5), bank_rate=0.8, bank_gain=2.0, roll_feedforward=0.5, roll_gain=0.3,
         roll_integral=0.6, heading_time_s=9.0, height_rate=0.1, path_gain=0.4, vertical_acceleration_mps2=0.6,
         load_time_s=0.5, lift_time_s=0.25, pitch_feedforward=0.7, pitch_gain=1.1, pitch_integral=1.3, speed_gain=0.02,
-        speed_integral=0.003, climb_throttle=3.0, throttle_rate=0.6, yaw_feedforward=0.4, yaw_gain=0.9,
-        sideslip_gain=0.35, sideslip_integral=0.15, steering_gain=1.7,
+        speed_integral=0.003, climb_throttle=3.0, throttle_lead_s=0.5, throttle_rate=0.6, yaw_feedforward=0.4,
+        yaw_gain=0.9, sideslip_gain=0.35, sideslip_integral=0.15, steering_gain=1.7,
     )  # fmt: skip
     plane = load_aircraft("c172x")
     performance = plane.performance.model_copy(update={"acceleration_mps2": 0.9, "climb_mps": 4.0, "descent_mps": 3.0})
@@ -205,8 +205,8 @@ def test_one_step_of_a_climb() -> None:
     error = rate - 0.003
     whole = 0.05 - SQUARE * 1.3 * error / 30.0
     assert pilot.elevator == pytest.approx(whole - SQUARE * 1.1 * error - RATIO * 0.7 * rate)
-    # the throttle: 0 m/s of error, and 3 times the climb's reference over the airspeed, at most 0.6/30 in a step
-    assert pilot.throttle == pytest.approx(0.5 + 3.0 * 0.02 / 90.0)
+    # the throttle: 0 m/s of error, and 3 times the climb's reference over the airspeed, half a second ahead
+    assert pilot.throttle == pytest.approx(0.5 + 3.0 * (0.02 + 0.5 * 0.6) / 90.0)
 
 
 def test_one_step_of_pitch_and_of_load_factor() -> None:
