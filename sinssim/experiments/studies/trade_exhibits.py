@@ -31,9 +31,9 @@ from sinssim.experiments.studies.trade_result import (
     label_of,
     requirement_lines,
     unit_for,
+    what_if,
 )
 from sinssim.experiments.studies.trade_schema import Axis as GridAxis
-from sinssim.experiments.studies.trade_what_if import what_if
 from sinssim.recording import style
 from sinssim.recording.result import plain, software, versions, write_json, write_shown
 from sinssim.recording.streams import write_table

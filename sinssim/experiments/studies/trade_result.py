@@ -13,14 +13,24 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array, html_table
 from sinssim.errors import InputError, shortened, unknown_name
-from sinssim.experiments.studies.trade_cells import Cell, command_of, place_name
+from sinssim.experiments.studies.trade_cells import Cell, SourceParts, command_of, place_name
 from sinssim.experiments.studies.trade_schema import Axis, TradeStudy, value_text
 from sinssim.recording.result import Media, Result
 from sinssim.statistics.circular_error import END
 from sinssim.statistics.percentiles import runs_for_band
-from sinssim.statistics.requirements import QUANTITIES, SHARES, Quantity, Requirement, parse_quantity
+from sinssim.statistics.requirements import QUANTITIES, SHARES, Quantity, Requirement, parse_quantity, quantity_of
 from sinssim.system.files import draft
-from sinssim.units import ANGLE_SCALE, LENGTH_SCALE, SPEED_SCALE, number_text, percent, suiting, two_digits, with_band
+from sinssim.units import (
+    ANGLE_SCALE,
+    KNOT,
+    LENGTH_SCALE,
+    SPEED_SCALE,
+    number_text,
+    percent,
+    suiting,
+    two_digits,
+    with_band,
+)
 
 
 @dataclass(eq=False, repr=False)
@@ -450,3 +460,49 @@ def failure_lines(result: TradeResult) -> list[str]:
 def instants(result: TradeResult) -> list[Quantity]:
     """Return one quantity for each of the study's times, by which `cell_table` is asked for their tables."""
     return [Quantity("r95", "at", t) for t in result.study.times_s]
+
+
+def asked(study: TradeStudy) -> list[Quantity]:
+    """Return the quantities of a study's requirements and figures."""
+    return list(dict.fromkeys((*map(quantity_of, study.requirements), *study.drawn)))
+
+
+def what_if(result: TradeResult) -> tuple[dict[str, Any], list[Array]]:
+    """Return what a page needs to answer for other sizes of the sources, in all budgets at once: plain values, and the
+    parts as arrays, for each cell, source and quantity in order.
+
+    The covariance is quadratic in the size of a random source and the mean is linear in that of a given one, so that
+    the page computes the quantities of the cells as exactly as the budgets do.
+    """
+    study, arrays, cells, quantities = result.study, list[Array](), [], asked(result.study)
+    known: dict[str, SourceParts] = {}
+    budgets = [(cell, cell.numbers) for cell in result.cells if cell.numbers is not None and cell.numbers.sources]
+    for cell, numbers in budgets:
+        known |= {source.name: source for source in numbers.sources}
+        arrays += [np.ravel(source.parts[quantity.text]) for source in numbers.sources for quantity in quantities]
+        cells.append(
+            {"name": place_name(study, cell.place, titled=False),
+             "sources": [[source.name, source.value if math.isfinite(source.value) else None, source.random]
+                         for source in numbers.sources],
+             "computed": [numbers.values[quantity.column] for quantity in quantities],
+             "times": [numbers.instants[quantity.text] for quantity in quantities]}
+        )  # fmt: skip
+    units = [unit_for(result, quantity) for quantity in quantities]
+    plain = {
+        "cells": cells, "study": study.name, "seconds": result.seconds / max(result.computed, 1),
+        "filter": any("filter_r95_end_m" in numbers.values for _, numbers in budgets),
+        "sources": [{"name": name, "label": f"{source.group}: {source.label}", "unit": source.unit, "key": source.key}
+                    for name, source in known.items()],
+        "quantities": [
+            {"label": f"{label_of(quantity)}", "share": SHARES.get(quantity.quantity, 0.0),
+             "rate": quantity.quantity == "rate", "unit": unit.name, "size": unit.size,
+             "some": quantity.when == "run"}
+            for quantity, unit in zip(quantities, units, strict=True)
+        ],
+        "requirements": [
+            {"text": requirement.text, "quantity": quantities.index(quantity_of(requirement)),
+             "limit": requirement.limit / (KNOT if requirement.quantity == "rate" else 1.0)}
+            for requirement in study.requirements
+        ],
+    }  # fmt: skip
+    return plain, arrays

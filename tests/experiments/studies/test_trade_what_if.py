@@ -12,9 +12,8 @@ import pytest
 
 from sinssim.analyses.error_budget.covariance_budget import budget
 from sinssim.experiments.studies import trade_cells
-from sinssim.experiments.studies.trade_result import TradeResult
+from sinssim.experiments.studies.trade_result import TradeResult, what_if
 from sinssim.experiments.studies.trade_run import _contents, _numbers, trade
-from sinssim.experiments.studies.trade_what_if import what_if
 from sinssim.recording.page import page_of
 from sinssim.scenario.load import load_scenario
 from sinssim.statistics.requirements import parse_quantity
