@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from sinssim.content import list_content
 from sinssim.errors import InputError
-from sinssim.toml_file import read_toml
+from sinssim.toml_mistakes import read_toml
 from sinssim.truth.aircraft_design import loop_design
 from sinssim.truth.aircraft_design.acceptance_flight import fly_acceptance
 from sinssim.truth.aircraft_design.aircraft_design import design_points
