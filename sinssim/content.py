@@ -126,14 +126,8 @@ _SINGULAR: dict[Kind, str] = {
 
 
 def package_content(kind: Kind) -> Path:
-    """Return the folder of the package's own content: inside a wheel, or beside the package in a checkout.
-
-    Args:
-        kind: "aircraft", "scenarios", "studies", "grades" or "viz".
-
-    Returns:
-        The folder; it exists in every sound installation.
-    """
+    """Return the existing folder of the package's own content ("aircraft", "scenarios", "studies", "grades" or "viz"):
+    inside a wheel, or beside the package in a checkout."""
     package = Path(sinssim.__file__).resolve().parent
     installed = package / "_content" / _FOLDERS[kind]
     return installed if installed.is_dir() else package.parent / _FOLDERS[kind]

@@ -29,14 +29,9 @@ def as_lines() -> bool:
 
 @contextmanager
 def shown(progress: Progress | bool | None, stages: Mapping[str, str] | None = None) -> Iterator[Progress]:
-    """Yield the function that long work reports to.
-
-    Args:
-        progress: such a function; True for bars on standard error, which a notebook shows as well; None or False for
-            none.
-        stages: text of each stage, which then has a bar of its own, in order; one bar with the description if not
-            given.
-    """
+    """Yield the function that long work reports to: a given one; for True bars on standard error, which a notebook
+    shows as well; none for None or False. Each of the stages has a bar of its own with its text, in order; without any
+    there is one bar with the description."""
     if progress is not None and not callable(progress) and not isinstance(progress, bool):
         raise InputError(f"progress = {progress!r} must be a function of a text and a fraction, or True for bars.")
     if not isinstance(progress, bool):

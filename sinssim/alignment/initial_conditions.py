@@ -28,12 +28,12 @@ from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.errors import InputError, check_name
 from sinssim.sensors.aiding.gnss import USUAL, first_course
 from sinssim.sensors.imu.imu_errors import ImuErrors
+from sinssim.toml_section import Vector3
 from sinssim.units import capital
 
 if TYPE_CHECKING:
     from sinssim.logs.log_settings import LogStart
     from sinssim.logs.recorded_log import RecordedLog
-    from sinssim.toml_section import Vector3
 
 
 _BODY, _ANGLES = ("forward", "right", "down"), ("xy", "xz", "yx", "yz", "zx", "zy")

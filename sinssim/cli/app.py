@@ -135,14 +135,8 @@ READER_GONE = 128 + 13
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line; expected errors become one paragraph on standard error and an exit code.
-
-    Args:
-        arguments: command-line arguments without the program's name; by default those of the process.
-
-    Raises:
-        SystemExit: always, with the exit code.
-    """
+    """Run the command line, by default with the arguments of the process; expected errors become one paragraph on
+    standard error. Always raise SystemExit with the exit code."""
     GIVEN.update(debug=False, quiet=False)
     standard_streams()
     # A shell's `&` makes a program ignore SIGINT: Ctrl-C is then meant for another program.

@@ -189,12 +189,8 @@ _PLAIN = {
 
 
 def encode_everything(stream: TextIO) -> None:
-    """Let a text stream replace characters that its encoding lacks (σ by "sigma") instead of raising an error.
-
-    Args:
-        stream: standard output or standard error. A stream with a user's own error handler keeps it, and other objects
-            are not changed.
-    """
+    """Let standard output or standard error replace characters that its encoding lacks (σ by "sigma") instead of
+    raising an error. A stream with a user's own error handler keeps it, and other objects are not changed."""
     reconfigure = getattr(stream, "reconfigure", None)
     if reconfigure is not None and stream.errors in ("strict", "backslashreplace", "surrogateescape"):
         reconfigure(errors=_NAME)

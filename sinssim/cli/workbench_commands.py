@@ -35,16 +35,10 @@ _FOLDER = re.compile(r"[A-Za-z0-9][\w.-]{0,99}")
 
 
 def arguments_of(wanted: Mapping[str, Any]) -> list[str]:
-    """Return the command line, without the program, that the page asks for.
-
-    Args:
-        wanted: `command`, one of `KINDS`; `paths`, the scenario, the study or the finished runs, checked before; for
-            those of `OF_TEXTS` `settings`, `require`, `runs`, `out` (a name in the folder `runs`), `overwrite` and
-            `allow_programs`.
-
-    Raises:
-        InputError: something is missing, or is not of its kind.
-    """
+    """Return the command line, without the program, that the page asks for: `command`, one of `KINDS`; `paths`, the
+    scenario, the study or the finished runs, checked before; for those of `OF_TEXTS` `settings`, `require`, `runs`,
+    `out` (a name in the folder `runs`), `overwrite` and `allow_programs`. Raise InputError if something is missing, or
+    is not of its kind."""
     command = wanted.get("command")
     check_name("command", command, KINDS)
     assert isinstance(command, str)

@@ -31,18 +31,10 @@ _SYMBOLS = {
 
 
 def checked_text(text: str, file: Path) -> dict[str, Any]:
-    """Return what `sinssim check` finds in the text of a scenario, or `sinssim compare` at first in that of a study.
-
-    Code that the scenario brings (`use`), and recorded files, are left to the command itself.
-
-    Args:
-        text: TOML, as it is being edited.
-        file: where it is, or will be; paths in it are relative to this file's folder.
-
-    Returns:
-        `mistakes`, each with `line`, from 1, 0 if it is not known, and `text`; `plan`, the lines of a sound scenario;
-        `left`, a sentence on what was not checked, or "".
-    """
+    """Return what `sinssim check` finds in the TOML text of a scenario, or `sinssim compare` at first in that of a
+    study, as it is being edited; paths in it are relative to the folder of its file: `mistakes`, each with `line`, from
+    1, 0 if it is not known, and `text`; `plan`, the lines of a sound scenario; `left`, a sentence on what was not
+    checked, or "". Code that the scenario brings (`use`), and recorded files, are left to the command itself."""
     with _checking:
         checked = _checked(text, file)
         (first, *_) = checked["mistakes"] or [{"line": 0, "text": ""}]
@@ -158,12 +150,9 @@ def _line_of(sentence: str, lines: dict[tuple[str, ...], int]) -> int:
 
 
 def keys_of_scenarios() -> list[dict[str, Any]]:
-    """Return the tables of a scenario with their keys, as `sinssim check --keys` shows them.
-
-    Returns:
-        For each table its path, whether the file may have several of it, the value of the key that says its kind, what
-        it is, and its keys with name, unit, default in the notation of TOML, meaning with limits, and known values.
-    """
+    """Return the tables of a scenario with their keys, as `sinssim check --keys` shows them: for each table its path,
+    whether the file may have several of it, the value of the key that says its kind, what it is, and its keys with
+    name, unit, default in the notation of TOML, meaning with limits, and known values."""
     return [
         {"path": table.path, "array": table.array, "tag": table.tag, "about": table.about,
          "keys": [_key(table.path, key) for key in table.keys]}

@@ -378,16 +378,9 @@ def server_of(workbench: Workbench) -> uvicorn.Server:
 
 
 def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
-    """Serve the workbench of a folder to browsers on this machine only, until interrupted.
-
-    Args:
-        folder: where scenarios are, and results are written; an existing folder.
-        port: port of this machine; 0 for a free one.
-        ready: called with the address of the page once the server listens.
-
-    Raises:
-        InputError: the port is taken, or the extra is not installed.
-    """
+    """Serve the workbench of an existing folder to browsers on this machine only, at a port, 0 for a free one, until
+    interrupted; `ready` is called with the address of the page once the server listens. Raise InputError if the port is
+    taken, or the extra is not installed."""
     try:
         import starlette  # noqa: F401
         import uvicorn  # noqa: F401

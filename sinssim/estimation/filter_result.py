@@ -333,18 +333,9 @@ def state_errors(
 def nominal_errors(
     model: ErrorModel, history: History, truth: NavState, parameters: dict[str, Array], ellipsoid: Ellipsoid
 ) -> Array:
-    """Return the actual errors of inertial navigation and compensation, which the filter estimates.
-
-    Args:
-        model: the error model.
-        history: R rows.
-        truth: true states at `history.time`, R rows.
-        parameters: true values of the sensors' parameters by block, (size,) or (R, size) each.
-        ellipsoid: reference ellipsoid.
-
-    Returns:
-        (R, n), as for `state_errors`.
-    """
+    """Return the actual errors of inertial navigation and compensation, which the filter estimates, at the R rows of
+    its history, (R, n), as `state_errors` from the true states and the true values of the sensors' parameters by block,
+    (size,) or (R, size) each."""
     n = history.navigation
     unused = np.zeros(len(history.time))
     solution = NavSolution(history.time, n.latitude, n.longitude, n.height, n.velocity_ned, n.q_nb, unused, "")

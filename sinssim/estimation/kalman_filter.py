@@ -61,13 +61,8 @@ class ErrorFilter:
         return self._filter.K  # type: ignore[no-any-return]
 
     def feed(self, fed: Array, turn: Array | None, refer: Callable[[Array], Array]) -> None:
-        """Go on relative to the solution after a feedback.
-
-        Args:
-            fed: errors that were fed back, (n,).
-            turn: matrix into the axes there, (n, n); None if they are the same.
-            refer: returns errors of any size, (N, n), relative to that solution.
-        """
+        """Go on relative to the solution after errors, (n,), were fed back: `turn` is the matrix into the axes there,
+        (n, n), None if they are the same, and `refer` returns errors of any size, (N, n), relative to that solution."""
         self.x = self.x - fed
         if turn is not None:
             self._filter.x = turn @ self._filter.x

@@ -116,16 +116,9 @@ class PointMotion:
         cls, model: ErrorModel, state: NavState, interval: Array, readings: tuple[Array, Array], gravity: str,
         ellipsoid: Ellipsoid,
     ) -> PointMotion:  # fmt: skip
-        """Return the motion along a solution.
-
-        Args:
-            model: the error model.
-            state: the solution at the beginning and at the epochs, K+1 rows.
-            interval: time from each row to the next, (K,) s.
-            readings: mean inertial rate and specific force in body axes, (K, 3) each.
-            gravity: name of the engine's gravity model.
-            ellipsoid: reference ellipsoid.
-        """
+        """Return the motion along a solution at the beginning and at the epochs, K+1 rows, an interval, (K,) s, apart,
+        from the mean inertial rate and specific force in body axes, (K, 3) each, and the name of the engine's gravity
+        model."""
         fixed, t = EarthFixed.of(state, ellipsoid), interval[:, None]
         to_earth, from_earth = _to_earth(state, ellipsoid, model.axes)
         back = rotation.conjugate(fixed.q_eb[:-1])

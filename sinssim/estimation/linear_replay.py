@@ -174,13 +174,8 @@ class LinearPass:
     def replay(
         self, assumptions: Sequence[Assumptions], dropped: Mapping[str, Array], until: float = math.inf
     ) -> list[Series]:
-        """Return the innovations of all sensors with each of B assumptions.
-
-        Args:
-            assumptions: B of them.
-            dropped: by sensor whether a reading is left out, (M,).
-            until: last instant, s.
-        """
+        """Return the innovations of all sensors until an instant, s, with each of B assumptions; `dropped` says by
+        sensor whether a reading is left out, (M,)."""
         return self.replay_whole(assumptions, dropped, until)[0]
 
     def replay_whole(
@@ -190,11 +185,8 @@ class LinearPass:
         until: float = math.inf,
         bounds: Mapping[str, float] | None = None,
     ) -> tuple[list[Series], Array, Array]:
-        """Return the innovations of `replay`, and at the end the errors beside those fed back, and their covariances.
-
-        Args:
-            bounds: by sensor the NIS beyond which a gate refuses a reading.
-        """
+        """Return the innovations of `replay`, and at the end the errors beside those fed back, and their covariances;
+        `bounds` is by sensor the NIS beyond which a gate refuses a reading."""
         b, count = len(assumptions), len(self._driven)
         process = np.array([of.process for of in assumptions])
         scale, more, x = (

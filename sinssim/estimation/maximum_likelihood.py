@@ -86,14 +86,8 @@ class _Reached(Exception):  # noqa: N818 - it ends the search, and is no error
 
 
 def maximum(replay: Replay, start: Array, low: Array, high: Array, progress: Callable[[int], None]) -> Maximum:
-    """Return the maximum of the likelihood by scoring from a start.
-
-    Args:
-        replay: function that returns the innovations.
-        start: x to begin with, (n,).
-        low, high: limits of x, (n,) each; beyond them L is that at the limit.
-        progress: function that is called with the number of replays.
-    """
+    """Return the maximum of the likelihood by scoring from a start, x (n,), within the limits `low` and `high`, (n,)
+    each, beyond which L is that at the limit. `progress` is called with the number of replays."""
     search = _Search(replay, low, high, progress)
     start = np.asarray(start, dtype=np.float64)
     if len(start):

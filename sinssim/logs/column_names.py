@@ -180,11 +180,8 @@ _BRACKETS = re.compile(r"([a-z_]+)\s*[\[(]\s*([a-z°]+)\s*[\])]")
 
 
 def meaning_of(name: str) -> tuple[str, str] | None:
-    """Return which quantity a whole name means, and its unit, "" if it gives none: altitude_ft, "Altitude [ft]".
-
-    Returns:
-        Key of `QUANTITIES` and of `SPELLED`; None for another name.
-    """
+    """Return which quantity a whole name means, a key of `QUANTITIES` and of `SPELLED`, and its unit, "" if it gives
+    none: altitude_ft, "Altitude [ft]". None for another name."""
     low = name.strip().lower()
     bracketed = _BRACKETS.fullmatch(low)
     stem, unit = bracketed.groups() if bracketed else (low, "")

@@ -174,12 +174,8 @@ class Table:
         return f"{self.path}, sample {sample}"
 
     def column(self, name: Column, width: int = 1, *, gaps: bool = False) -> Array:
-        """Return a column as doubles: (N,) or (N, 3).
-
-        Args:
-            width: numbers per sample: 1, or 3 for an array of three columns.
-            gaps: whether numbers may be missing; they are then NaN.
-        """
+        """Return a column as doubles: (N,), or (N, 3) for an array of three columns. With `gaps` numbers may be
+        missing; they are then NaN."""
         if name not in self._columns:
             raise self._missing(name)
         raw = self._columns[name]
@@ -214,14 +210,8 @@ class Table:
         return values
 
     def times(self, name: Column, unit: float) -> tuple[Array, Clock | None]:
-        """Return a column of times, which may hold dates or times of day.
-
-        Args:
-            unit: of its numbers, s.
-
-        Returns:
-            (N,) s, and the clock that dates give; None for numbers and for times of day.
-        """
+        """Return a column of times, which may hold dates or times of day, (N,) s, from numbers in a unit, s, and the
+        clock that dates give; None for numbers and for times of day."""
         raw = self.texts(name)
         if raw is None or not is_date(raw[0]):
             return self.column(name) * unit, None
@@ -357,14 +347,8 @@ class _Layout(NamedTuple):
 
 
 def names_of(path: Path, head: bytes) -> tuple[str, list[str]]:
-    """Return the delimiter and the names of the columns of a table.
-
-    Args:
-        head: its first bytes.
-
-    Returns:
-        The delimiter, "" for Parquet; no names if the file is no table.
-    """
+    """Return the delimiter of a table, "" for Parquet, and the names of its columns from its first bytes; no names if
+    the file is no table."""
     if head.startswith(_PARQUET):
         import pyarrow as pa
         import pyarrow.parquet as pq

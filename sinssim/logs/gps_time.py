@@ -60,14 +60,8 @@ def gps_from_unix(unix: float | Array) -> Array:
 
 
 def unix_from_gps(gps: float | Array) -> Array:
-    """Return Unix time; within a leap second, the second after it.
-
-    Args:
-        gps: seconds since 1980-01-06 00:00:00 GPST, () or (N,).
-
-    Returns:
-        Unix times, of the same shape, s.
-    """
+    """Return Unix time, s, of GPS seconds since 1980-01-06 00:00:00 GPST, () or (N,); within a leap second, the second
+    after it."""
     gps = np.asarray(gps, dtype=np.float64)
     return gps + EPOCH_UNIX - np.searchsorted(_STEPS_GPS, gps, side="right")
 
@@ -85,12 +79,8 @@ def date_from_gps(gps: float) -> datetime:
 
 
 def parse_date(text: str, key: str) -> int:
-    """Return GPS time of a date given as text: whole seconds since 1980-01-06 00:00:00 GPST.
-
-    Args:
-        text: for example "2026-01-01T00:00:00Z"; without a time zone it is UTC.
-        key: name of the option or key, for the message.
-    """
+    """Return GPS time of a date given as text, as "2026-01-01T00:00:00Z", which is UTC without a time zone: whole
+    seconds since 1980-01-06 00:00:00 GPST. The message names the option or key."""
     given = text.strip()
     try:
         date = datetime.fromisoformat(re.sub(r"[zZ]$", "+00:00", given))
@@ -108,29 +98,16 @@ def parse_date(text: str, key: str) -> int:
 
 
 def week_and_seconds(gps: float) -> tuple[int, float]:
-    """Return the GPS week, counted without overflow since 1980, and the seconds of the week.
-
-    Args:
-        gps: seconds since 1980-01-06 00:00:00 GPST.
-
-    Returns:
-        Week, and seconds of the week: whole if `gps` is, otherwise to the microsecond.
-    """
+    """Return the GPS week of seconds since 1980-01-06 00:00:00 GPST, counted without overflow since 1980, and the
+    seconds of the week: whole if `gps` is, otherwise to the microsecond."""
     week = int(gps // WEEK)
     seconds = gps - week * WEEK
     return week, seconds if isinstance(gps, int) else round(seconds, 6)
 
 
 def unrolled(seconds: Array, period: float) -> Array:
-    """Return times that count on where a counter begins again, at the end of a week or of a day.
-
-    Args:
-        seconds: times, (N,) s.
-        period: of the counter, s.
-
-    Returns:
-        Times with multiples of the period added after each fall by more than half a period.
-    """
+    """Return times, (N,) s, that count on where a counter begins again, at the end of a week or of a day: with
+    multiples of its period, s, added after each fall by more than half a period."""
     if len(seconds) < 2:
         return seconds
     falls = np.diff(seconds) < -0.5 * period
@@ -145,14 +122,8 @@ _ISO = re.compile(
 
 
 def gps_seconds(text: str) -> tuple[float, bool]:
-    """Return the GPS time of a time as ISO 8601 writes it: "2024-05-01T12:00:00.5Z", "2024-05-01 14:00:00+02:00".
-
-    Args:
-        text: the time; without a zone it is UTC.
-
-    Returns:
-        Seconds since 1980-01-06 00:00:00 GPST, and whether the text has a zone.
-    """
+    """Return the GPS time of a time as ISO 8601 writes it, "2024-05-01T12:00:00.5Z", "2024-05-01 14:00:00+02:00", which
+    is UTC without a zone: seconds since 1980-01-06 00:00:00 GPST, and whether the text has a zone."""
     parts = _ISO.fullmatch(text.strip())
     if parts is None:
         raise InputError(f"{shortened(text)!r} is not a time; 2024-05-01T12:00:00Z would be one.")
@@ -183,18 +154,10 @@ def is_date(text: str) -> bool:
 
 
 def date_seconds(texts: Sequence[str | None]) -> tuple[Array, Clock | None]:
-    """Return the seconds of dates, or of times of day.
-
-    Times of day go on after midnight. Offsets of time zones are taken off.
-
-    Args:
-        texts: fields of a column, (N,).
-
-    Returns:
-        Seconds since the whole second of the first one, (N,), NaN for a field that is no date; and the clock that the
-        dates give, of the kind "machine" if they do not say that they are in UTC; None for times of day, which then
-        count from midnight.
-    """
+    """Return the seconds of dates, or of times of day, since the whole second of the first one, (N,), NaN for a field
+    that is no date; and the clock that the dates give, of the kind "machine" if they do not say that they are in UTC.
+    For times of day, which go on after midnight, it is None, and they count from midnight. Offsets of time zones are
+    taken off."""
     seconds, parts = np.full(len(texts), np.nan), np.zeros(len(texts))
     days: dict[tuple[str, str, str], int] = {}
     zoned = dated = False
@@ -322,16 +285,10 @@ class Match:
 
 
 def match_clock(clock: Clock, time: Array, start_gps_s: float, span: tuple[float, float], name: str) -> Match:
-    """Find the offset of a solution's clock.
-
-    A clock with a date is used as it is. Seconds without a date may be those of the run, of the GPS week, of the day in
-    GPS time, or of the day in UTC; the first of these under which the solution overlaps the run is taken.
-
-    Args:
-        time: of the solution, (M,) s.
-        start_gps_s: GPS time of the run's time 0.
-        span: first and last time of the run, s.
-    """
+    """Find the offset of the clock of a solution, of times (M,) s, to a run from a first to a last time, s, whose time
+    0 is a GPS time. A clock with a date is used as it is. Seconds without a date may be those of the run, of the GPS
+    week, of the day in GPS time, or of the day in UTC; the first of these under which the solution overlaps the run is
+    taken."""
     if clock.origin_gps_s is not None:
         choices = [Match(clock.origin_gps_s - start_gps_s, f"Its clock: {clock.note or clock.kind}, with a date.")]
         if clock.kind == "utc":

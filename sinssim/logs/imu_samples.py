@@ -74,15 +74,10 @@ def read_samples(
     triads: Sequence[TriadName] | None = None,
     quantities: Sequence[str] = (),
 ) -> Samples:
-    """Read a recorded log without integration: rates stay rates.
-
-    Args:
-        path: a text file (`TEXT`), or a .parquet or .npz file.
-        description: a TOML file that names columns, units and axes, or its contents; by default the package's own
-            columns.
-        triads: triads to read, by default those described; the columns of the others may be missing.
-        quantities: names of other columns, or their numbers as text if columns are numbered.
-    """
+    """Read a recorded log, a text file (`TEXT`), .parquet or .npz, without integration: rates stay rates. A TOML file
+    or its contents describe columns, units and axes, by default the package's own. Only the given triads are read, by
+    default those described; the columns of the others may be missing. Quantities are names of other columns, or their
+    numbers as text if columns are numbered."""
     path, layout, source = Path(path), LogDescription(), "the package's own columns"
     if description is None and path.parent.name == "streams":
         warn_of_version(path.parent.parent)
@@ -123,11 +118,8 @@ def read_samples(
 
 
 def slow(time: Array) -> str | None:
-    """Return a warning if samples are slower than those of an inertial sensor, None if they are not.
-
-    Args:
-        time: edges of the intervals, (N+1,) s.
-    """
+    """Return a warning if samples with given edges, (N+1,) s, are slower than those of an inertial sensor, None if
+    not."""
     interval = float(np.median(np.diff(time)))
     if interval <= 1.0:
         return None
@@ -184,14 +176,9 @@ def _samples(
 
 
 def with_readings(*triads: Array) -> NDArray[np.bool_]:
-    """Return which rows have readings of every triad, (N,).
-
-    A file may contain rows of other sensors, or of one triad only, which leave the other fields empty; a recorder may
-    write zeros for lost samples, which noise and gravity never give.
-
-    Args:
-        triads: readings of gyros, accelerometers or both, NaN for empty fields, (N, 3) each.
-    """
+    """Return which rows, (N,), have readings of every triad, (N, 3) each, NaN for empty fields. A file may contain rows
+    of other sensors, or of one triad only, which leave the other fields empty; a recorder may write zeros for lost
+    samples, which noise and gravity never give."""
     given = ~np.any([np.isnan(values).all(axis=1) for values in triads], axis=0)
     lost = np.all([(values == 0.0).all(axis=1) for values in triads], axis=0)
     return np.asarray(given & ~lost if len(triads) > 1 and lost.mean() < _LOST else given)
@@ -295,14 +282,8 @@ def _triad(table: Table, layout: LogDescription, name: TriadName) -> Array:
 
 
 def joined(unit: LogImu, samples: Samples, name: TriadName) -> tuple[Array, dict[TriadName, Array], tuple[str, ...]]:
-    """Return the samples of the main file with the triad of another one, where both have some.
-
-    Args:
-        name: of the triad with a file or rows of its own.
-
-    Returns:
-        Times, (N,) s; the triads, (N, 3) each; a sentence.
-    """
+    """Return the samples of the main file with the triad of another one, where both have some: times, (N,) s; the
+    triads, (N, 3) each; a sentence."""
     triad = unit.triad(name)
     assert triad is not None
     time = samples.time[1:]
@@ -316,16 +297,8 @@ def joined(unit: LogImu, samples: Samples, name: TriadName) -> tuple[Array, dict
 def with_gravity(
     unit: LogImu, time: Array, triads: dict[TriadName, Array], clock: Clock | None
 ) -> tuple[Array, dict[TriadName, Array], tuple[str, ...]]:
-    """Return the samples with the recorded gravity vector added to the accelerations, where both are known.
-
-    Args:
-        time: of the samples, (N,) s.
-        triads: (N, 3) each.
-        clock: of the main file, if it has dates.
-
-    Returns:
-        As `joined`.
-    """
+    """Return the samples with the recorded gravity vector added to the accelerations, where both are known, as
+    `joined`; the clock is that of the main file, if it has dates."""
     triad = unit.gravity
     assert triad is not None
     layout = unit.model_copy(update={"accel": triad, "gravity": None})
@@ -386,15 +359,9 @@ _LESS = 0.5  # of the median over all blocks: calm motion has a specific force o
 
 
 def without_gravity(values: Array, interval: float) -> bool:
-    """Return whether readings have no gravity in them: where they change least, they are much less than usually.
-
-    Args:
-        values: accelerations in any unit, (N, 3).
-        interval: between samples, s.
-
-    Returns:
-        The answer; False for a log shorter than ten seconds, and for readings whose calm parts are not small.
-    """
+    """Return whether accelerations in any unit, (N, 3), an interval, s, apart have no gravity in them: where they
+    change least, they are much less than usually. False for a log shorter than ten seconds, and for readings whose calm
+    parts are not small."""
     width = max(round(_BLOCK_S / interval), 2)
     count = len(values) // width
     if count < _FEWEST:

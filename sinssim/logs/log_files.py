@@ -31,12 +31,8 @@ _OWN_TIMES = Clock("machine", None, "times in a column, without a date")
 
 
 def inertial_stream(unit: LogImu) -> tuple[InertialStream, Clock, tuple[str, ...]]:
-    """Read the recorded inertial unit.
-
-    Returns:
-        Its readings turned to forward-right-down, with the axes of the file in `axes`; the clock of the file; and the
-        reader's notes.
-    """
+    """Read the recorded inertial unit: its readings turned to forward-right-down, with the axes of the file in `axes`;
+    the clock of the file; and the reader's notes."""
     path = Path(unit.file)
     streams = _formatted(unit, described=_describes(unit, LogDescription, ("axes",)))
     if streams is not None:
@@ -81,11 +77,7 @@ def _turned(stream: InertialStream, matrix: Array) -> InertialStream:
 
 
 def fix_stream(source: LogFile) -> tuple[FixStream, Clock, tuple[str, ...]]:
-    """Read recorded fixes.
-
-    Returns:
-        The fixes, the clock of the file, and the reader's notes.
-    """
+    """Read recorded fixes, the clock of the file, and the reader's notes."""
     assert isinstance(source, FixColumns)
     streams = _formatted(source, described=_describes(source, FixColumns))
     if streams is not None:
@@ -117,11 +109,7 @@ def _fixes_of_columns(table: Table, source: LogFile) -> tuple[FixStream, NDArray
 
 
 def solution_stream(source: LogFile) -> tuple[SolutionStream | FixStream, Clock, tuple[str, ...]]:
-    """Read a reference: a solution, or fixes.
-
-    Returns:
-        The solution or the fixes, the clock of the file, and the reader's notes.
-    """
+    """Read a reference, a solution or fixes, the clock of the file, and the reader's notes."""
     assert isinstance(source, SolutionColumns)
     streams = _formatted(source, described=_describes(source, SolutionColumns))
     if streams is not None:
@@ -168,11 +156,7 @@ def other_units(sensor: LogOther) -> Mapping[str, float]:
 
 
 def other_stream(sensor: LogOther) -> tuple[OtherStream, Clock, tuple[str, ...]]:
-    """Read the readings of another sensor from columns.
-
-    Returns:
-        The readings, the clock of the file, and the reader's notes.
-    """
+    """Read the readings of another sensor from columns, the clock of the file, and the reader's notes."""
     units = other_units(sensor)
     for quantity in (sensor.reading, sensor.sigma, sensor.bias_sigma):
         if quantity is not None and quantity.unit not in units:

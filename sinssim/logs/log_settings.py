@@ -69,29 +69,17 @@ class Outages(Section):
         return self
 
     def spans(self, start: float, end: float) -> tuple[tuple[float, float], ...]:
-        """Return the outages within a run, in order.
-
-        Args:
-            start, end: of the run, s.
-
-        Returns:
-            Beginning and end of each, s; a regular outage that would not end within the run is left out. None with
-            several beginnings, whose outages are those of further passes of the filter.
-        """
+        """Return beginning and end, s, of the outages within a run, in order; a regular outage that would not end
+        within the run is left out. None with several beginnings, whose outages are those of further passes of the
+        filter."""
         if isinstance(self.first_s, tuple):
             return ()
         inside = [span for span in self.at_s if span[0] < end and span[1] > start]
         return tuple(sorted((*inside, *self._regular_spans(self.first_s, start, end))))
 
     def passes(self, start: float, end: float) -> tuple[tuple[tuple[float, float], ...], ...]:
-        """Return the outages of each further pass of the filter.
-
-        Args:
-            start, end: of the run, s.
-
-        Returns:
-            For each of several beginnings the outages within the run, as `spans`; none otherwise.
-        """
+        """Return the outages of each further pass of the filter: for each of several beginnings those within the run,
+        as `spans`; none otherwise."""
         beginnings = self.first_s if isinstance(self.first_s, tuple) else ()
         return tuple(tuple(self._regular_spans(first, start, end)) for first in beginnings)
 
@@ -107,12 +95,8 @@ class Outages(Section):
 
 
 def outage_settings(written: Sequence[str]) -> list[str]:
-    """Return settings "key.path=value" for outages: settings of `log.outages`.
-
-    Args:
-        written: "40:55" from 40 s to 55 s; "15/45" for 15 s every 45 s, "15/45@60" the same, the first at 60 s,
-            "15/45@30,45,60" once for each of these beginnings.
-    """
+    """Return settings "key.path=value" of `log.outages` for outages: "40:55" from 40 s to 55 s; "15/45" for 15 s every
+    45 s, "15/45@60" the same, the first at 60 s, "15/45@30,45,60" once for each of these beginnings."""
     spans, regular = _parsed(written)
     listed = ", ".join(f"[{begin}, {end}]" for begin, end in spans)
     settings = [f"log.outages.at_s=[{listed}]"] if spans else []

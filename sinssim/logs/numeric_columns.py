@@ -81,14 +81,8 @@ def split(line: str, delimiter: str) -> list[str]:
 def text_rows(
     path: Path, delimiter: str, skip: int = 0, cut: CutRows | None = None, *, comments: bool = True
 ) -> Iterator[Row]:
-    """Yield the rows of a text file that are not empty.
-
-    Args:
-        path: a text file; any byte is accepted.
-        delimiter: one character, or `WHITESPACE`.
-        cut: rows that were cut short, which are left out.
-        comments: whether lines that begin with # or % are left out.
-    """
+    """Yield the rows of a text file, which may have any byte, that are not empty, with one character or `WHITESPACE`
+    between fields, without those that were cut short and, with `comments`, those that begin with # or %."""
     left_out = () if cut is None else (cut.first, cut.last)
     with open_text(path, encoding="utf-8-sig", errors="surrogateescape") as file:  # which accepts any byte
         for number, line in enumerate(file, start=1):
@@ -141,19 +135,10 @@ def cut_row(name: str, line: int, place: Literal["first", "last"], fields: int, 
 
 
 def cut_rows(path: Path, delimiter: str, skip: int, width: int | None = None) -> CutRows:
-    """Find the first and the last row of a text file if they were cut short.
-
-    A cut row has fewer fields than the row beside it, or ends within a number without the end of a line. A remark in
-    words after the last row is left out like a cut row.
-
-    Args:
-        path: the file; empty lines and those that begin with # or % are no rows.
-        delimiter: one character, or `WHITESPACE`.
-        width: number of fields of a row, if names of columns give it.
-
-    Returns:
-        The rows; none if the neighbour of a short row is not whole.
-    """
+    """Find the first and the last row of a text file if they were cut short; none if the neighbour of a short row is
+    not whole. A cut row has fewer fields than the row beside it, or than names of columns give (`width`), or ends
+    within a number without the end of a line. A remark in words after the last row is left out like a cut row. Empty
+    lines and those that begin with # or % are no rows; the delimiter is one character, or `WHITESPACE`."""
     with open_file(path) as file:
         begin: list[Row] = []
         for number in range(1, skip + 1000):
@@ -356,16 +341,9 @@ def read_columns(
     rows: Path | bytes, delimiter: str, width: int, skip: int = 0, cut: CutRows | None = None, *,
     comments: bool = False, **options: Any,
 ) -> Any:  # fmt: skip
-    """Read columns of any kind: numbers, dates, words.
-
-    Args:
-        delimiter: one character, or `WHITESPACE`.
-        comments: whether lines that begin with # or % are left out.
-        **options: of pyarrow's `ReadOptions`, `ParseOptions` and `ConvertOptions`.
-
-    Returns:
-        A table of pyarrow with the columns "0", "1", …, or some of them.
-    """
+    """Read columns of any kind, numbers, dates, words, with one character or `WHITESPACE` between them, without lines
+    that begin with # or % for `comments`: a table of pyarrow with the columns "0", "1", …, or some of them. The options
+    are those of pyarrow's `ReadOptions`, `ParseOptions` and `ConvertOptions`."""
     if isinstance(rows, bytes):
         return _parse(io.BytesIO(rows), delimiter, width, **options)
     size = rows.stat().st_size
@@ -383,18 +361,10 @@ def read_columns(
 def read_numbers(
     path: Path, widths: Collection[int], notes: list[str], *, delimiter: str = WHITESPACE, skip: int = 0
 ) -> Array:
-    """Read a text file of numbers.
-
-    Lines that are empty or begin with # or % are left out, and so are a first and a last row that were cut short.
-
-    Args:
-        notes: a sentence on each row that was cut short is added.
-        delimiter: one character, or `WHITESPACE`.
-        skip: lines at the beginning that are left out, for example names of columns.
-
-    Returns:
-        (N, k) with k in `widths` and N ≥ 1; "nan" and empty fields are NaN.
-    """
+    """Read a text file of numbers, with one character or `WHITESPACE` between them: (N, k) with k in `widths` and N ≥
+    1; "nan" and empty fields are NaN. Lines that are empty or begin with # or % are left out, and so are those to skip
+    at the beginning, such as names of columns, and a first and a last row that were cut short, on each of which a note
+    is added."""
     from pyarrow import float64
 
     try:
@@ -447,15 +417,9 @@ def bad_row(
 
 
 def head_numbers(head: bytes, rows: int = 5) -> Array | None:
-    """Return the first rows of a text file of numbers with blanks between them, for recognising its format.
-
-    Args:
-        head: the first bytes of the file.
-        rows: number of rows wanted; a row that the head cuts off is left out.
-
-    Returns:
-        (R, k) with R ≤ rows, or None if the rows are not numbers of the same count.
-    """
+    """Return at most some first rows of a text file of numbers with blanks between them, (R, k), from its first bytes,
+    for recognising its format; None if the rows are not numbers of the same count. A row that the head cuts off is left
+    out."""
     if b"\0" in head:
         return None
     lines = head.splitlines()
@@ -506,14 +470,7 @@ def write_columns(
 
 
 def rounded(time: Array, digits: int = 9) -> Array:
-    """Return times without the last digits, which sums of times leave: 345618.01, not 345618.00999999995.
-
-    Args:
-        time: (N,) s.
-
-    Returns:
-        (N,) s.
-    """
+    """Return times, (N,) s, without the last digits, which sums of times leave: 345618.01, not 345618.00999999995."""
     return np.round(time, digits)
 
 

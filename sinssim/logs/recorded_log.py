@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,11 +34,8 @@ from sinssim.logs.recorded_streams import (
 from sinssim.logs.reference_solution import Reference
 from sinssim.sensors.aiding_sensor import AidingReadings
 from sinssim.sensors.vibration_noise import AddedNoise
+from sinssim.toml_section import Vector3
 from sinssim.units import G0
-
-if TYPE_CHECKING:
-    from sinssim.toml_section import Vector3
-
 
 Spans = Sequence[tuple[float, float]]
 Mask = NDArray[np.bool_]
@@ -97,15 +93,9 @@ def quality_words(fixes: FixStream, keys: LogGnss | LogReference) -> Iterator[st
 
 
 def gnss_readings(fixes: FixStream, gnss: LogGnss, outages: Spans) -> list[AidingReadings]:
-    """Return recorded fixes as measurements.
-
-    Args:
-        fixes: fixes in the run's time, within the run.
-        outages: injected outages, s: a fix after the beginning and not after the end is withheld.
-
-    Returns:
-        Positions and velocities, as far as the table takes them and the file has them.
-    """
+    """Return positions and velocities as measurements, as far as the table takes them and the fixes, in the run's time
+    and within the run, have them. A fix after the beginning and not after the end of an injected outage, s, is
+    withheld."""
     factor = quality_factor(fixes, gnss)
     readings = []
     if "position" in gnss.use:
@@ -252,14 +242,8 @@ class RecordedLog:
 
 
 def recorded_log(log: Log, mounting_deg: Vector3 | None = None) -> RecordedLog:
-    """Load recorded sensors.
-
-    Args:
-        mounting_deg: roll, pitch and yaw of the block's axes in the vehicle's, to which a reference attitude belongs.
-
-    Returns:
-        Increments, measurements and reference, in the run's time.
-    """
+    """Load increments, measurements and reference of recorded sensors, in the run's time. The mounting is roll, pitch
+    and yaw of the block's axes in the vehicle's, to which a reference attitude belongs."""
     stream, clock, notes = inertial_stream(log.imu)
     imu_clock = _clock(log.imu, clock, stream.time)
     zero = float(stream.time[0] + log.imu.time_offset_s)

@@ -283,14 +283,9 @@ def made_increments(
     max_gap: float = 0.1,
     source: str = "the log",
 ) -> Made:
-    """Return the increments of a recorded inertial unit.
-
-    Args:
-        stream: readings, forward-right-down, SI.
-        readings: of rates: values at the stamps, or means over the intervals that end there.
-        stamps: "even" replaces the stamps by even instants, see `even_stamps`.
-        max_gap: longest time without samples that is bridged, s.
-    """
+    """Return the increments of a recorded inertial unit's readings, forward-right-down, SI: of rates that are values at
+    the stamps, or means over the intervals that end there. Stamps that are "even" are replaced by even instants, see
+    `even_stamps`; `max_gap` is the longest time without samples that is bridged, s."""
     if len(stream) < 2:
         raise InputError(f"{source} has {len(stream)} samples in this span; at least two are needed.")
     if stamps == "even" and len(stream) > 2:
@@ -371,17 +366,10 @@ def _intervals(stream: InertialStream, usual: float) -> ImuData:
 
 
 def bridge_noise(imu: ImuData, gaps: Array) -> AddedNoise | None:
-    """Return the noise of rates that a straight line replaces in gaps.
-
-    Between two known values, rates that change by a mean square S within the length T of a gap are a Brownian bridge,
-    whose integral over the gap has the variance S T²/12. White noise of the density √(S T/12) has the same.
-
-    Args:
-        gaps: beginning and length, (G, 2) s.
-
-    Returns:
-        The densities, zero outside of the gaps; None without gaps.
-    """
+    """Return the noise of rates, densities that are zero outside of the gaps, that a straight line replaces in gaps of
+    given beginning and length, (G, 2) s; None without gaps. Between two known values, rates that change by a mean
+    square S within the length T of a gap are a Brownian bridge, whose integral over the gap has the variance S T²/12.
+    White noise of the density √(S T/12) has the same."""
     if not len(gaps):
         return None
     steps = np.diff(imu.time)

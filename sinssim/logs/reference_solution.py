@@ -105,14 +105,8 @@ class Reference:
         )
 
     def error_of(self, solution: NavSolution) -> NavError:
-        """Return what a solution differs by, at each of its rows; NaN where the reference is not known.
-
-        Args:
-            solution: N rows.
-
-        Returns:
-            Solution minus reference, N rows, at the reference's point if the reference has no attitude.
-        """
+        """Return solution minus reference at each row of a solution, NaN where the reference is not known; at the
+        reference's point if the reference has no attitude."""
         count = len(solution.time)
         difference = NavError(solution.time, *(np.full((count, 3), np.nan) for _ in range(3)))
         rows = np.flatnonzero(self.known(solution.time))
@@ -273,11 +267,8 @@ def _at_point(solution: NavSolution, turning: Array, arm: Array, ellipsoid: Elli
 
 
 def reference_of(run: RecordedRun) -> Reference:
-    """Return what solutions are compared with.
-
-    Returns:
-        The reference, with its lever arm, its gaps, the delay of its velocities and its own σ.
-    """
+    """Return what solutions are compared with, with its lever arm, its gaps, the delay of its velocities and its own
+    σ."""
     section = run.scenario.get("log", {}).get("reference")
     if section is None or not run.knows:
         raise InputError(
@@ -350,12 +341,8 @@ class TruthAt:
         return np.asarray(np.minimum(np.abs(self.time[right] - time), np.abs(self.time[left] - time)) <= _SAME_INSTANT)
 
     def antenna(self, time: Array, lever_arm: Array) -> NavState:
-        """Return the true states of an antenna.
-
-        Args:
-            time: instants, (M,) s.
-            lever_arm: from the sensor block, forward, right, down, (3,) m.
-        """
+        """Return the true states of an antenna at instants, (M,) s; the lever arm is from the sensor block, forward,
+        right, down, (3,) m."""
         block = self.state(time)
         step = 0.25 * float(np.median(np.diff(self.time)))
         after = np.minimum(time + step, self.time[-1])
@@ -421,12 +408,9 @@ def _weights(nodes: Array, time: Array) -> Array:
 
 
 def interpolation_error(truth: SolutionStream, ellipsoid: Ellipsoid = WGS84) -> tuple[float, float]:
-    """Estimate the largest error of interpolating the truth, by leaving out every other sample.
-
-    Returns:
-        Error of position, m, and of attitude, rad: a sixteenth of the errors at the samples left out, as the error of
-        a cubic grows with the fourth power of the interval. NaN for fewer than 9 samples.
-    """
+    """Estimate the largest error of interpolating the truth in position, m, and attitude, rad, by leaving out every
+    other sample: a sixteenth of the errors at the samples left out, as the error of a cubic grows with the fourth power
+    of the interval. NaN for fewer than 9 samples."""
     count = len(truth) if len(truth) % 2 else len(truth) - 1
     if count < 9 or truth.velocity_ned is None or truth.q_nb is None:
         return float("nan"), float("nan")

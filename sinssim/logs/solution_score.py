@@ -100,13 +100,8 @@ class Judge:
         antenna: str | None = None,
         seconds: float | None = None,
     ) -> Score:
-        """Score one file.
-
-        Args:
-            name: of the algorithm; the file's name if not given.
-            format_name: format of the file; found from it if not given.
-            antenna: satellite receiver whose antenna the solution is for; the sensor block if not given.
-        """
+        """Score one file as an algorithm of a name, by default the file's, and in a format, by default found from the
+        file. The solution is for the antenna of a satellite receiver, or else for the sensor block."""
         streams = read_file(path, format_name)
         stream, about_format = _solution_in(streams)
         stream, placed = self._on_earth(stream)

@@ -27,11 +27,8 @@ _PARTS = 2
 
 
 def version_of(run: Path) -> str:
-    """Return the version of sinssim that wrote a run directory.
-
-    Returns:
-        The version in summary.json, or else in the mark of the directory; "" if neither gives one.
-    """
+    """Return the version of sinssim that wrote a run directory, from summary.json, or else from the mark of the
+    directory; "" if neither gives one."""
     return next((str(v) for v in (_read(run / "summary.json", "versions"), _read(run / MARK)) if v), "")
 
 
@@ -46,11 +43,8 @@ def _read(file: Path, *path: str) -> Any:
 
 
 def is_of_another(run: Path) -> bool:
-    """Return whether another version of sinssim, whose files and numbers may differ, wrote a run directory.
-
-    Returns:
-        Whether the first two parts of the version differ; False if the version is not known.
-    """
+    """Return whether another version of sinssim, whose files and numbers may differ, wrote a run directory: whether the
+    first two parts of the version differ; False if the version is not known."""
     version = version_of(run)
     return bool(version) and version.split(".")[:_PARTS] != __version__.split(".")[:_PARTS]
 
@@ -65,11 +59,8 @@ def warn_of_version(run: Path) -> None:
 
 
 def reason_of(run: Path) -> str:
-    """Return why a file of a run directory may lack what is needed, as a sentence.
-
-    Returns:
-        The versions if they differ; otherwise that the file was changed.
-    """
+    """Return why a file of a run directory may lack what is needed, as a sentence: the versions if they differ;
+    otherwise that the file was changed."""
     if is_of_another(run):
         return (
             f"The run was written by sinssim {version_of(run)}, and this is {__version__}; run its scenario.toml again."
@@ -393,11 +384,8 @@ class RecordedRun:
         )
 
     def fix(self, name: str) -> FixStream:
-        """Return the fixes of a satellite receiver, of its antenna, with the velocity where it is measured with them.
-
-        Args:
-            name: one of `fixes`.
-        """
+        """Return the fixes of one of the receivers in `fixes`, of its antenna, with the velocity where it is measured
+        with them."""
         if name not in self.fixes:
             raise unknown_name(f"GNSS receiver of {self.path}", name, self.fixes)
         sigma = ("sigma_n_m", "sigma_e_m", "sigma_d_m")
@@ -413,11 +401,8 @@ class RecordedRun:
         )
 
     def lever_arm(self, name: str) -> tuple[float, float, float]:
-        """Return the place of a receiver's antenna from the sensor block: forward, right, down, m.
-
-        Args:
-            name: one of `fixes`.
-        """
+        """Return the place of the antenna of one of the receivers in `fixes` from the sensor block: forward, right,
+        down, m."""
         receivers = self.scenario.get("log" if self.of_log else "aiding", {})
         arm = receivers.get(name, {}).get("lever_arm_m", (0.0, 0.0, 0.0))
         return float(arm[0]), float(arm[1]), float(arm[2])

@@ -170,11 +170,8 @@ class Track(Motion):
             ) from error
 
     def prepared(self, earth: TrueEarth) -> PreparedTrack:
-        """Return the curve of the track; the last ones are kept.
-
-        Raises:
-            InputError: file or route cannot be used; the message names file and row, or the waypoint.
-        """
+        """Return the curve of the track; the last ones are kept. An InputError names the file and row, or the waypoint,
+        that cannot be used."""
         return prepare(self, earth, self.digest())
 
     def duration(self, earth: TrueEarth = NORMAL_EARTH) -> float:

@@ -35,12 +35,14 @@ from sinssim.data import Array
 from sinssim.earth.ellipsoids import OMEGA_IE
 from sinssim.estimation import GRAVITY
 from sinssim.estimation.state_model import FLICKER, Block, ErrorModel, error_model
+from sinssim.scenario import Scenario
 from sinssim.scenario.filter_section import FILTER_STATES, OF_THREE_AXES
 from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.tables import Tables
 from sinssim.scenario.unknown_gravity import gravity_block, gravity_notes, unknown_gravity
 from sinssim.sensors import flicker
 from sinssim.sensors.aiding.magnetometer import Magnetometer
+from sinssim.sensors.aiding_sensor import SensorState
 from sinssim.sensors.imu.error_term import ErrorTerm
 from sinssim.sensors.imu.error_term_table import of_triad
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
@@ -49,13 +51,11 @@ from sinssim.sensors.redundant_set_errors import maps, spread
 from sinssim.sensors.sensor_set_section import Redundant
 from sinssim.sensors.vibration_noise import AddedNoise, Change
 from sinssim.truth.motion import Motion
+from sinssim.truth.trajectory import Trajectory
 from sinssim.units import ARCSEC, DEG, DEG_H, G0
 
 if TYPE_CHECKING:
-    from sinssim.scenario import Scenario
-    from sinssim.sensors.aiding_sensor import SensorState
     from sinssim.sensors.fault_detection import Monitored
-    from sinssim.truth.trajectory import Trajectory
 
 
 LEFT_OUT = 0.3

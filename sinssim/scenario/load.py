@@ -219,12 +219,8 @@ def resolved_use(data: dict[str, Any], folder: Path, *, views: bool = True) -> N
 
 
 def warn_of_changes(scenario_file: Path, use: Any) -> None:
-    """Warn of own content that has changed since a run, whose scenario is loaded again from its directory.
-
-    Args:
-        scenario_file: the file of the scenario; nothing happens unless it lies beside the copies of a run.
-        use: what the scenario uses now; nothing happens if that is the copies.
-    """
+    """Warn of own content that has changed since a run, whose scenario is loaded again from its directory; nothing
+    happens unless the file of the scenario lies beside the copies of a run, and what it uses now is not the copies."""
     copies = scenario_file.parent / FOLDER
     if scenario_file.name != "scenario.toml" or not copies.is_dir():
         return

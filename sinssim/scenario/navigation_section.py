@@ -313,13 +313,8 @@ class NavigatorSection(Section):
 def initial_state_with_errors(
     truth: NavState, error: InitialErrorSection, ellipsoid: Ellipsoid, seed: int = 0, axes: str = "north"
 ) -> NavState:
-    """Return the initial state of navigation: the true state with errors added.
-
-    Args:
-        error: the errors; if all are zero, the true state is returned bit for bit.
-        seed: the run's seed, for random errors.
-        axes: axes in which the run's errors are compared, see `sinssim.strapdown.frames.AXES`.
-    """
+    """Return the initial state of navigation: the true state with errors added, random ones by the run's seed; bit for
+    bit the true state if all are zero. The run's errors are compared in `axes`, see `sinssim.strapdown.frames.AXES`."""
     from sinssim.earth.geodetic_coordinates import radii  # these need the compiler
     from sinssim.statistics.random_numbers import normals
     from sinssim.strapdown.navigation_error import carried

@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from sinssim.arguments import check_kind
+from sinssim.data import Array
 from sinssim.errors import InputError
 from sinssim.scenario.planned_limits import warn_of_limits
 from sinssim.scenario.schema import Scenario
 from sinssim.sensors.imu.imu_section import Imu
+from sinssim.truth.flight.flight_log import FlightLog
 from sinssim.truth.flight.guidance import TRUTH, SolutionErrors
 from sinssim.truth.motion import Motion, Mounting
+from sinssim.truth.motions.vibration import Tone
+from sinssim.truth.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from sinssim.data import Array
     from sinssim.earth.gravity_disturbance import DisturbingField
-    from sinssim.truth.flight.flight_log import FlightLog
-    from sinssim.truth.motions.vibration import Tone
-    from sinssim.truth.trajectory import Trajectory
 
 
 def fly(
@@ -58,19 +58,9 @@ def true_motion(
     meanwhile: Callable[[], None] | None = None,
     errors: SolutionErrors | FlightLog | Literal["none"] | None = None,
 ) -> Trajectory:
-    """Return what `fly` returns, without its warnings: for one of many runs of a plan.
-
-    Args:
-        scenario: as for `fly`.
-        progress: as for `fly`.
-        meanwhile: as for `fly`.
-        errors: those of the navigator that guides the flight, or the flight that was flown with them; "none": the true
-            motion guides it, whatever the scenario says; None: the true motion guides it, and a scenario that says
-            otherwise is refused.
-
-    Returns:
-        As for `fly`.
-    """
+    """Return what `fly` returns, without its warnings, for one of many runs of a plan. The flight is guided with the
+    `errors` of a navigator, or those of a flight that was flown with them; for "none" by the true motion, whatever the
+    scenario says; for None too, but a scenario that says otherwise is refused."""
     flight = scenario.flight
     if errors is None and flight is not None and flight.guidance.source != TRUTH:
         raise InputError(

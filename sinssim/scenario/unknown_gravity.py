@@ -19,21 +19,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from sinssim.data import Array
 from sinssim.earth import gravity_ned
 from sinssim.estimation import GRAVITY
 from sinssim.estimation.state_model import Block
+from sinssim.scenario import Scenario
 from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.true_motion import true_motion, unknown_field
 from sinssim.truth.flight.flight_plan import planned_path
 from sinssim.units import ARCSEC, G0, MGAL, UG, number_text
-
-if TYPE_CHECKING:
-    from sinssim.data import Array
-    from sinssim.scenario import Scenario
 
 _POINTS = 200
 """Points of the path at which the field is evaluated."""
@@ -156,13 +154,9 @@ def _path(scenario: Scenario) -> tuple[Array, Array, Array]:
 
 
 def gravity_notes(scenario: Scenario, bias: float, noise: float, states: Block | None) -> Iterator[str]:
-    """Report gravity that a scenario's navigator does not know and that its readings show.
-
-    Args:
-        bias: 1σ of the accelerometers' bias that the filter assumes, m/s².
-        noise: density of their noise that it assumes, m/s/√s.
-        states: the states that describe it; None for none.
-    """
+    """Report gravity that a scenario's navigator does not know and that its readings show, beside what the filter
+    assumes of the accelerometers, 1σ of their bias, m/s², and density of their noise, m/s/√s, and the states that
+    describe it; None for none."""
     size = unknown_gravity(scenario)
     if size is None or size.ratio(noise) < MATTERS:
         return

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -26,24 +26,21 @@ from sinssim.estimation.filter_result import Diagnosis, Estimate, Innovations
 from sinssim.estimation.filter_start import Start, at_rest, by_course, in_motion
 from sinssim.estimation.state_model import ErrorModel
 from sinssim.progress import Progress, silent
+from sinssim.scenario import Scenario
 from sinssim.scenario.filter_model import filter_model, inertial_sigma, noise_of_combination, with_declination
 from sinssim.scenario.run_memory import ROWS
 from sinssim.scenario.true_motion import block_of, known_field, mounting, unknown_disturbance
 from sinssim.sensors.aiding.land_vehicle import LandVehicle
 from sinssim.sensors.aiding_sensor import AidingReadings, Vehicle
+from sinssim.sensors.fault_detection import Monitored
 from sinssim.sensors.imu.rotation_encoder import Encoders, encoders_of, turned_in
+from sinssim.sensors.sensor_set_readings import TrueErrors
 from sinssim.sensors.vibration_noise import AddedNoise, vibration, vibration_noise
 from sinssim.simulation.truth_comparison import Aided, InertialParameters, compare_with_truth
 from sinssim.strapdown.navigation_error import axes_along
 from sinssim.system.process import give_back_memory, shared
-
-if TYPE_CHECKING:
-    from sinssim.scenario import Scenario
-    from sinssim.sensors.fault_detection import Monitored
-    from sinssim.sensors.sensor_set_readings import TrueErrors
-    from sinssim.toml_section import LeverArm
-    from sinssim.truth.trajectory import Trajectory
-
+from sinssim.toml_section import LeverArm
+from sinssim.truth.trajectory import Trajectory
 
 _FIRST_S = 300.0
 """Shortest time that is looked at. It is doubled until the innovations within it speak against the filter, so that a
@@ -57,12 +54,8 @@ def diagnosed(
     options: Mapping[str, Any],
     progress: Progress = silent,
 ) -> Estimate:
-    """Return an estimate with its diagnosis, if its innovations speak against the filter.
-
-    Args:
-        start: increments, state and covariance that the filter started with.
-        options: arguments of `estimate`.
-    """
+    """Return an estimate with its diagnosis, if its innovations speak against the filter, which started with
+    increments, state and covariance, and had the `options` of `estimate`."""
     if consistency(filter_estimate).consistent:
         return filter_estimate
     begin, end = float(start.imu.time[0]), float(start.imu.time[-1])
@@ -171,25 +164,13 @@ def aid_run(
     row_s: float | None = None,
     progress: Progress = silent,
 ) -> Aided:
-    """Emulate a scenario's aiding sensors, run its filter, and compare the estimate with the truth.
-
-    Args:
-        scenario: with an [aiding] and a [filter] section.
-        trajectory: the true motion of the vehicle at the block's place.
-        imu: increments that the engine navigates on.
-        initial: state of the vehicle that navigation starts from.
-        errors: the true errors of the inertial sensors in this run.
-        aiding: what the aiding sensors read; by default it is emulated.
-        monitored: what the monitoring of a redundant set found.
-        history: whether to keep the history for smoothing and observability; without it nothing is smoothed. The aided
-            solution is the same.
-        row_s: least time between stored rows of the covariance, s; by default about 2000 rows are kept, all of them if
-            the scenario smooths.
-        progress: called with what a diagnosis tries and the fraction done.
-
-    Returns:
-        The aided solution; if the filter diverged, it ends there.
-    """
+    """Emulate a scenario's aiding sensors, unless their readings are given, run its filter, and compare the estimate
+    with the truth, the motion of the vehicle at the block's place and the errors of its inertial sensors in this run.
+    The engine navigates on the increments from the initial state of the vehicle; what the monitoring of a redundant set
+    reported is used. Without the history nothing is smoothed, and the aided solution is the same. Rows of the
+    covariance are stored at least `row_s` s apart; by default about 2000 rows are kept, all of them if the scenario
+    smooths. If the filter diverged, the aided solution ends there. The progress is what a diagnosis tries and the
+    fraction done."""
     section, navigation = scenario.filter, scenario.navigation
     assert section is not None
     sensed = _with_shared_times(readings_along(scenario, trajectory, imu) if aiding is None else aiding, imu.time)
@@ -241,23 +222,11 @@ def filtered(
     bridged: AddedNoise | None = None,
     progress: Progress = silent,
 ) -> Estimate:
-    """Run a scenario's filter on measurements from anywhere.
-
-    Args:
-        start: increments, state and covariance that the filter starts with.
-        measurements: one entry for each sensor and kind; those before the start are left out.
-        ellipsoid: name of the reference ellipsoid of the measurements.
-        axes: as for `estimate`.
-        history: whether to keep the history for smoothing and observability.
-        row_s: as for `estimate`.
-        added: noise of the inertial sensors in addition to the model's; by default that of vibration, if the section
-            has any.
-        bridged: noise of bridged gaps in the readings; None without gaps.
-        progress: called with what a diagnosis tries and the fraction done.
-
-    Returns:
-        The estimate; its solution is that of the vehicle, its history that of the block.
-    """
+    """Run a scenario's filter from increments, state and covariance on measurements from anywhere, one entry for each
+    sensor and kind; those before the start are left out. Axes and `row_s` are as for `estimate`; the history is for
+    smoothing and observability. Noise of the inertial sensors is `added` to the model's, by default that of vibration,
+    if the section has any, and that of gaps in the readings that are `bridged`. The solution of the estimate is that of
+    the vehicle, its history that of the block."""
     section, navigation = scenario.filter, scenario.navigation
     assert section is not None
     options: dict[str, Any] = {

@@ -58,17 +58,9 @@ def run_backward(
     options: Mapping[str, Any],
     bridged: AddedNoise | None = None,
 ) -> Estimate:
-    """Run the filter in reverse time.
-
-    Args:
-        forward: the forward estimate; its last row is where the backward run starts.
-        vibration_share: `filter.vibration_noise`.
-        options: those of `estimate` in the forward run, with its mechanization.
-        bridged: noise of bridged gaps in the forward run; None without gaps.
-
-    Returns:
-        The estimate in forward time: every row uses the readings at its instant and later.
-    """
+    """Run the filter in reverse time from the last row of the forward estimate; return the estimate in forward time, in
+    which every row uses the readings at its instant and later. The vibration's share is `filter.vibration_noise`;
+    options, mechanization and noise of bridged gaps are those of the forward run."""
     forwards: Mechanization = options["mechanization"]
     count = int(np.searchsorted(imu.time, forward.time[-1] + 1e-6)) - 1
     imu = ImuData(imu.time[: count + 1], imu.dtheta[:count], imu.dvel[:count])
@@ -90,11 +82,8 @@ def run_backward(
 
 
 def start_model(forward: Estimate) -> ErrorModel:
-    """Return the error model with the standard deviations at the start of the backward run.
-
-    Returns:
-        The model; see the text of this file.
-    """
+    """Return the error model with the standard deviations at the start of the backward run; see the text of this
+    file."""
     model, lasts = forward.model, float(forward.time[-1] - forward.time[0])
     blocks = []
     for block in model.blocks:
@@ -112,29 +101,16 @@ def start_model(forward: Estimate) -> ErrorModel:
 
 
 def reversed_imu(imu: ImuData) -> ImuData:
-    """Return increments in reverse time, between the same first and last instants.
-
-    Args:
-        imu: N intervals.
-
-    Returns:
-        N intervals in reverse order; the angles have the other sign.
-    """
+    """Return increments in reverse time, between the same first and last instants: N intervals in reverse order; the
+    angles have the other sign."""
     return ImuData(_mirrored(imu.time, imu.time), -imu.dtheta[::-1], np.ascontiguousarray(imu.dvel[::-1]))
 
 
 def reversed_readings(readings: Measurements, edges: Array) -> Measurements:
-    """Return the readings of a sensor in reverse time.
-
-    A reading counts from its instant of validity on, because everything is known already. A mean over the time before
-    an instant is in reverse time a mean over the time before the other end of this interval.
-
-    Args:
-        edges: edges of the IMU's intervals, (N+1,) s.
-
-    Returns:
-        The readings within the edges; velocities and rates have the other sign.
-    """
+    """Return the readings of a sensor within the edges of the IMU's intervals, (N+1,) s, in reverse time; velocities
+    and rates have the other sign. A reading counts from its instant of validity on, because everything is known
+    already. A mean over the time before an instant is in reverse time a mean over the time before the other end of this
+    interval."""
     m, kind = readings, measurement_kind(readings.kind)
     order = np.argsort(m.time, kind="stable")
     time = m.time[order]

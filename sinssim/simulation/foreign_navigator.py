@@ -23,16 +23,18 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, NoReturn
+from typing import IO, Any, NoReturn
 
 import numpy as np
 
 from sinssim.content import named_paths
-from sinssim.data import Measurements
+from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
 from sinssim.earth.ellipsoids import GRAVITY_MODELS, Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, RunError, shortened
 from sinssim.logs.formats import DEFAULT_START
 from sinssim.logs.gps_time import parse_date
+from sinssim.scenario import Scenario
+from sinssim.scenario.navigation_section import NavigatorSection
 from sinssim.simulation import library_host
 from sinssim.simulation.navigator_protocol import (
     HEADER,
@@ -43,16 +45,10 @@ from sinssim.simulation.navigator_protocol import (
     rows_of,
     solution_of,
 )
-from sinssim.simulation.truth_and_sensors import RecordedMotion
+from sinssim.simulation.truth_and_sensors import RecordedMotion, Truth
 from sinssim.system.extensions import NAVIGATORS
 from sinssim.system.process import thread_pool
 from sinssim.units import ARCMIN
-
-if TYPE_CHECKING:
-    from sinssim.data import Array, ImuData, NavSolution, NavState
-    from sinssim.scenario import Scenario
-    from sinssim.scenario.navigation_section import NavigatorSection
-    from sinssim.simulation.truth_and_sensors import Truth
 
 VARIABLE = "SINSSIM_PROGRAMS"
 """Environment variable with the value "allow" where the user allows the programs of scenarios."""
@@ -118,16 +114,9 @@ def _is_own(path: Path) -> bool:
 def foreign_solutions(
     scenario: Scenario, truth: Truth | RecordedMotion, sensed: ImuData, imu: ImuData, initial: NavState
 ) -> dict[str, ForeignSolution | RunError]:
-    """Return the solutions of the navigators of others by name, and the failures of those that have none.
-
-    Args:
-        sensed: increments of the whole run.
-        imu: those that are navigated on, after an alignment.
-        initial: state that navigation starts from.
-
-    Raises:
-        InputError: the user has not allowed one to be started.
-    """
+    """Return the solutions of the navigators of others by name, and the failures of those that have none; raise
+    InputError if the user has not allowed one to be started. `sensed` are the increments of the whole run, `imu` those
+    that are navigated on, after an alignment, from the initial state."""
     for navigator in scenario.navigator:
         check_permission(scenario, navigator)
     names = dict.fromkeys(name for navigator in scenario.navigator for name in navigator.inputs if name != "imu")

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,19 +24,16 @@ from sinssim.earth.ellipsoids import WGS84
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.errors import RunError
 from sinssim.rotation import conjugate, euler_from_quaternion, multiply, rotate
-from sinssim.scenario import filter_model
+from sinssim.scenario import Scenario, filter_model
 from sinssim.scenario.true_motion import mounting, true_motion
 from sinssim.sensors.aiding.air_data import Airspeed, Barometer
 from sinssim.sensors.aiding_sensor import Vehicle
 from sinssim.simulation.navigation_stage import by_one, first_state, navigate
 from sinssim.simulation.truth_and_sensors import Sensed, sense, truth_along
+from sinssim.truth.flight.flight_log import FlightLog
 from sinssim.truth.flight.flight_process import SectionedFlight
 from sinssim.truth.flight.guidance import TRUTH, AirData, Guided, SolutionErrors, finite_rows
-
-if TYPE_CHECKING:
-    from sinssim.scenario import Scenario
-    from sinssim.truth.flight.flight_log import FlightLog
-    from sinssim.truth.trajectory import Trajectory
+from sinssim.truth.trajectory import Trajectory
 
 Rows = NDArray[np.intp]
 
@@ -64,19 +61,9 @@ def closed_loop(
     progress: Callable[[float], None] | None = None,
     meanwhile: Callable[[], None] | None = None,
 ) -> tuple[Trajectory, Guided]:
-    """Fly a plan by the navigator that the scenario names.
-
-    Args:
-        scenario: with a flight.
-        progress: called with the fraction of the passes flown, 0…1.
-        meanwhile: called once while another process flies.
-
-    Returns:
-        The motion of the sensor block, and how it came about.
-
-    Raises:
-        RunError: a section of the flight does not settle, or the navigator has no solution.
-    """
+    """Fly a plan by the navigator that the scenario names; return the motion of the sensor block, and how it came
+    about. `progress` is called with the fraction of the passes flown, 0…1, and `meanwhile` once while another process
+    flies. RunError: a section of the flight does not settle, or the navigator has no solution."""
     scenario = filter_model.with_states(scenario)
     assert scenario.flight is not None  # it is guided
     source, moved, left = scenario.flight.guidance.source, list[float](), np.inf
@@ -111,14 +98,9 @@ def _to_go(moved: Sequence[float]) -> float:
 
 
 def _share(errors: Sequence[SolutionErrors]) -> float:
-    """Return how large the last change of a navigator's errors is as a share of the one before.
-
-    That is the largest share of position, velocity, attitude and rates. A path moves as the errors that it is flown
-    with change.
-
-    Args:
-        errors: those on three flights, one after the other.
-    """
+    """Return how large the last change of a navigator's errors on three flights, one after the other, is as a share of
+    the one before: the largest share of position, velocity, attitude and rates. A path moves as the errors that it is
+    flown with change."""
     count = min(len(of.values) for of in errors)
     values = np.stack([of.values[:count] for of in errors])
     values[:, :, :2] *= WGS84.a  # in metres, as the height
@@ -135,19 +117,9 @@ def _settles_slowly(moved: list[float]) -> bool:
 def by_sections(
     scenario: Scenario, by_truth: Trajectory, progress: Callable[[float], None]
 ) -> tuple[Trajectory, list[float]]:
-    """Fly a plan by its navigator section by section, each until it settles.
-
-    Args:
-        scenario: with a flight that follows its navigator, the states of its filter written out.
-        by_truth: the flight by the true motion.
-        progress: called with the fraction flown, 0…1.
-
-    Returns:
-        The motion of the sensor block, and how far the last trial of each section moved its path, m.
-
-    Raises:
-        RunError: a section does not settle, or the navigator has no solution.
-    """
+    """Fly a plan by its navigator, whose filter has its states written out, section by section, each until it settles,
+    beginning with the flight by the true motion. Return the motion of the sensor block, and how far the last trial of
+    each section moved its path, m. RunError: a section does not settle, or the navigator has no solution."""
     assert scenario.flight is not None
     guidance, duration = scenario.flight.guidance, by_truth.end - by_truth.start
     believed = solution_errors(scenario, by_truth)
@@ -269,11 +241,7 @@ class LiveFlight:
         self._flying.__exit__(*error)
 
     def step(self) -> tuple[Sensed, float]:
-        """Fly on for a step.
-
-        Returns:
-            What the sensors have read so far, and until when it is final, s.
-        """
+        """Fly on for a step; return what the sensors have read so far, and until when it is final, s."""
         self._known += max(_STEP, _STEP_SHARE * self._known)
         self.log, self.over = self._flying.fly(self._known + _MARGIN, self._errors)
         self._path = true_motion(self.scenario, errors=self.log)

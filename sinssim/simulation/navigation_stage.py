@@ -19,29 +19,24 @@ import numpy as np
 
 from sinssim.alignment.alignment_budget import expected_errors
 from sinssim.alignment.initial_conditions import aligned_state, alignment_samples
-from sinssim.data import Array, ImuData, NavSolution, short_repr
+from sinssim.data import Array, ImuData, NavSolution, NavState, short_repr
 from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, RunError, SinssimError
 from sinssim.progress import Progress, silent
+from sinssim.scenario import Scenario
 from sinssim.scenario.navigation_section import initial_state_with_errors
-from sinssim.sensors.sensor_set_readings import Readings
-from sinssim.simulation.truth_and_sensors import RecordedMotion, Truth
+from sinssim.sensors.sensor_set_readings import Readings, TrueErrors
+from sinssim.simulation.truth_and_sensors import RecordedMotion, Sensed, Truth
 from sinssim.strapdown.attitude import PLATFORM
-from sinssim.strapdown.mechanization import BARO_TIME_CONSTANT
-from sinssim.strapdown.navigation_error import diverged
+from sinssim.strapdown.mechanization import BARO_TIME_CONSTANT, Mechanization
+from sinssim.strapdown.navigation_error import NavError, diverged
 from sinssim.system.process import thread_pool
 
 if TYPE_CHECKING:
-    from sinssim.data import NavState
     from sinssim.estimation.filter_start import Start
     from sinssim.logs.reference_solution import Reference
-    from sinssim.scenario import Scenario
-    from sinssim.sensors.sensor_set_readings import TrueErrors
-    from sinssim.simulation.truth_and_sensors import Sensed
     from sinssim.simulation.truth_comparison import Aided
     from sinssim.strapdown.frames.vertical_channel import HeightReadings
-    from sinssim.strapdown.mechanization import Mechanization
-    from sinssim.strapdown.navigation_error import NavError
 
 
 Engine = Callable[["Setup", "ImuData", "Mechanization"], "NavSolution"]
@@ -63,11 +58,8 @@ class Setup:
 
 
 def in_known_field(setup: Setup) -> Setup:
-    """Compensate the increments for the known part of the gravity field.
-
-    Returns:
-        The setup; unchanged if the navigator knows normal gravity alone.
-    """
+    """Compensate the increments for the known part of the gravity field, if the navigator knows more than normal
+    gravity."""
     from sinssim.scenario.true_motion import known_field
 
     field = known_field(setup.scenario)
@@ -84,11 +76,7 @@ def in_known_field(setup: Setup) -> Setup:
 
 
 def after_alignment(setup: Setup) -> Setup:
-    """Align on the first increments, and navigate on the rest.
-
-    Returns:
-        The setup; unchanged without [navigation.alignment].
-    """
+    """With [navigation.alignment], align on the first increments, and navigate on the rest."""
     section = setup.scenario.navigation
     if section.alignment is None:
         return setup
@@ -99,15 +87,9 @@ def after_alignment(setup: Setup) -> Setup:
 
 
 def align_itself(scenario: Scenario, imu: ImuData, place: NavState, ellipsoid: Ellipsoid) -> tuple[int, NavState]:
-    """Align on the first increments of a run.
-
-    Args:
-        place: latitude, longitude and height that the navigator is given; its attitude and velocity are not used.
-        ellipsoid: the navigator's ellipsoid.
-
-    Returns:
-        Number of samples that the alignment takes, and the state after them.
-    """
+    """Align on the first increments of a run at a latitude, longitude and height on the navigator's ellipsoid; the
+    place's attitude and velocity are not used. Return the number of samples that the alignment takes, and the state
+    after them."""
     section = scenario.navigation.alignment
     assert section is not None
     key = "navigation.alignment.duration_s"
@@ -132,11 +114,7 @@ def without_alignment(imu: ImuData, count: int) -> ImuData:
 
 
 def on_platform(setup: Setup) -> Setup:
-    """Let the algorithm "platform" navigate by a platform's own loop, which needs the true motion.
-
-    Returns:
-        The setup; unchanged without that algorithm.
-    """
+    """Let the algorithm "platform", if there is one, navigate by a platform's own loop, which needs the true motion."""
     if PLATFORM not in setup.scenario.navigation.algorithms:
         return setup
     inner = setup.engine
@@ -166,11 +144,8 @@ def _navigate(setup: Setup, of: Mechanization) -> NavSolution:
 
 
 def turned(setup: Setup) -> Setup:
-    """Turn the initial state into the rotating IMU, and the solutions out of it by the readings of its encoders.
-
-    Returns:
-        The setup; unchanged for an IMU that does not rotate.
-    """
+    """Turn the initial state into the rotating IMU, if it rotates, and the solutions out of it by the readings of its
+    encoders."""
     if setup.scenario.imu.rotation is None or not isinstance(setup.truth, Truth):
         return setup
     from sinssim.sensors.imu.rotation_encoder import encoders_of, turned_in
@@ -323,14 +298,8 @@ def _by_filter(scenario: Scenario, name: str, sensed: Sensed) -> NavSolution:
 
 
 def what_if(navigated: Navigated, algorithm: str, imu: ImuData, scenario: Scenario | None = None) -> NavError | None:
-    """Return the errors of one algorithm of a run if its sensors had read something else.
-
-    Args:
-        scenario: the scenario of the other run, by default that of the run.
-
-    Returns:
-        The errors in the axes of the run; None if there is no solution.
-    """
+    """Return the errors of one algorithm of a run, in its axes, if its sensors had read something else, by default in
+    the run's own scenario; None if there is no solution."""
     sensed = replace(navigated.sensed, readings=Readings(imu), errors=None)
     try:
         return navigate(by_one(scenario or navigated.scenario, algorithm), sensed).errors[algorithm]
@@ -357,17 +326,10 @@ def solve(
     errors: TrueErrors | None = None,
 ) -> tuple[dict[str, NavSolution], dict[str, RunError]]:
     """Navigate by every algorithm in parallel, as the kernels release the interpreter's lock, and by other navigators.
-
-    Args:
-        truth: the true motion, or what is known of a recorded one, for the initial state.
-        attitude: measured q_ib of a set with an attitude sensor, (N+1, 4).
-        height: height reference, see `Sensed.height`.
-        errors: the true errors of the sensors, which a platform needs.
-
-    Returns:
-        The solutions of the successful algorithms, with the vehicle's attitude, and the errors of the others. One at
-        least is successful, unless a filter goes on with recorded sensors.
-    """
+    The initial state comes from the true motion, or what is known of a recorded one. `attitude` is the measured q_ib of
+    a set with an attitude sensor, (N+1, 4), `height` the reference as in `Sensed.height`; a platform needs the true
+    errors of the sensors. Return the solutions of the successful algorithms, with the vehicle's attitude, and the
+    errors of the others. One at least is successful, unless a filter goes on with recorded sensors."""
     section, axes = scenario.navigation, truth.axes(scenario.navigation.frame)
     initial = initial_state_with_errors(truth.first, section.initial_error, truth.ellipsoid, scenario.seed, axes)
     setup = Setup(scenario, truth, errors, imu, attitude, initial, height, _strapdown)
@@ -410,16 +372,9 @@ def _strapdown(setup: Setup, imu: ImuData, of: Mechanization) -> NavSolution:
 
 
 def aid(scenario: Scenario, sensed: Sensed, progress: Progress = silent, *, history: bool = True) -> Aided:
-    """Run the filter of a scenario from the initial state of its inertial solutions.
-
-    Args:
-        scenario: with a filter, whose states are written out.
-        progress: called with what a diagnosis tries and the fraction done.
-        history: whether to keep the history for smoothing and observability.
-
-    Returns:
-        The aided solution with its errors, or its differences from the reference of recorded sensors.
-    """
+    """Run the filter of a scenario, whose states are written out, from the initial state of its inertial solutions.
+    Return the aided solution with its errors, or its differences from the reference of recorded sensors. The history is
+    for smoothing and observability; the progress is what a diagnosis tries and the fraction done."""
     began = time.thread_time()
     if isinstance(sensed.truth, RecordedMotion):
         aided = _aid_recorded(scenario, sensed, sensed.truth, progress, history)
@@ -479,14 +434,9 @@ def _aid_recorded(
 
 
 def best_reference(motion: RecordedMotion, aided: Aided | None, solutions: dict[str, NavSolution]) -> Reference | None:
-    """Return what the inertial solutions of recorded sensors are compared with: the best that is known.
-
-    Args:
-        aided: the aided solution, if there is a filter.
-
-    Returns:
-        The recorded reference, or else the smoothed solution, the aided one, or the first of several; None for nothing.
-    """
+    """Return what the inertial solutions of recorded sensors are compared with, the best that is known: the recorded
+    reference, or else the smoothed solution, the aided one, if there is a filter, or the first of several; None for
+    nothing."""
     from sinssim.simulation.recorded_filter_run import as_reference
 
     if motion.reference is not None:

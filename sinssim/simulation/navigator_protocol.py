@@ -206,11 +206,8 @@ class ForeignSolution(NavSolution):
 
 
 def rows_of(data: bytes | memoryview, *, text: bool) -> Array:
-    """Return the numbers of a program's answers, (K, 11), or (K, 27) with what else they state.
-
-    Raises:
-        RunError: they do not follow the protocol.
-    """
+    """Return the numbers of a program's answers, (K, 11), or (K, 27) with what else they state; raise RunError if they
+    do not follow the protocol."""
     return _rows_of_text(bytes(data)) if text else _rows_of_words(data)
 
 
@@ -229,11 +226,7 @@ def _check_version(version: object) -> None:
 
 
 def answer_size(head: bytes) -> int:
-    """Return the size of a solution with its head, bytes.
-
-    Raises:
-        RunError: it is not a solution.
-    """
+    """Return the size of a solution with its head, bytes; raise RunError if it is not a solution."""
     kind, _, size = struct.unpack("<HHI", head[:8])
     if kind != SOLUTION or size not in (8 * _STATE, 8 * _FULL):
         raise RunError(
@@ -286,17 +279,9 @@ def _rows_of_text(data: bytes) -> Array:
 
 
 def solution_of(rows: Array, time: Array, first: Array, name: str, *, stepwise: bool = False) -> ForeignSolution:
-    """Return the solution of a navigator from its answers, which are checked.
-
-    Args:
-        rows: its answers, as of `rows_of`.
-        time: edges of the samples that it was sent, (N+1,) s.
-        first: the state that it was sent, (10,), which is the first row unless its answers begin later.
-        stepwise: whether each sample has one answer.
-
-    Raises:
-        RunError: an answer cannot be a solution of the run.
-    """
+    """Return the solution of a navigator from its answers, as of `rows_of`, to samples of edges, (N+1,) s, which are
+    checked; raise RunError for one that cannot be a solution of the run. The state that it was sent, (10,), is the
+    first row unless its answers begin later. `stepwise` says whether each sample has one answer."""
     parts = [slice(begin, min(begin + _BLOCK, len(rows))) for begin in range(0, len(rows), _BLOCK)]
     for part in parts:
         _check_rows(rows[part], time, rows[part.start - 1, 0] if part.start else -np.inf, part.start)
@@ -358,13 +343,8 @@ def _stated(rows: Array, later: int) -> Iterator[Array | None]:
 
 
 def _check_rows(rows: Array, time: Array, last: float, number: int) -> None:
-    """Raise RunError for the first answer that is not a state of the run, with what is wrong about it.
-
-    Args:
-        rows: some answers, (K, 11) or more columns.
-        last: instant of the answer before them, s.
-        number: how many were before them.
-    """
+    """Raise RunError for the first of some answers, (K, 11) or more columns, that is not a state of the run, with what
+    is wrong about it. A number of answers, the last one at an instant, s, came before."""
     t, state = rows[:, 0], rows[:, 1:_STATE]
     before = np.append(last, t[:-1])
     q = np.ascontiguousarray(state[:, 6:])

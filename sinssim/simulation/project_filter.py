@@ -6,20 +6,17 @@ their arrival, so that a late one comes with an earlier time of validity.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from sinssim.data import Array, ImuData, NavSolution, NavState
 from sinssim.errors import InputError, RunError
 from sinssim.estimation import REGISTRY
-from sinssim.simulation.truth_and_sensors import RecordedMotion
+from sinssim.scenario import Scenario
+from sinssim.simulation.truth_and_sensors import RecordedMotion, Sensed
 from sinssim.system.extensions import Item, explained
 from sinssim.system.registries import load_entry, registered
-
-if TYPE_CHECKING:
-    from sinssim.scenario import Scenario
-    from sinssim.simulation.truth_and_sensors import Sensed
 
 _METHODS = ("predict", "update", "solution")
 _SAME = 1e-9
@@ -38,12 +35,8 @@ class FilterReading(NamedTuple):
 
 
 def filtered_by_project(scenario: Scenario, sensed: Sensed, start: NavState) -> tuple[NavSolution, Array | None]:
-    """Return the solution of the filter of a project from a state, and the 1σ that it states, (K, 9), if it does.
-
-    Raises:
-        InputError: the class lacks a method.
-        RunError: a method fails, or what it returns is no state.
-    """
+    """Return the solution of the filter of a project from a state, and the 1σ that it states, (K, 9), if it does. Raise
+    InputError if the class lacks a method, RunError if one fails, or what it returns is no state."""
     assert scenario.filter is not None
     imu = sensed.imu
     calls = _Calls(scenario.filter.kind, start)

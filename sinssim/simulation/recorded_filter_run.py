@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,8 +23,10 @@ from sinssim.estimation import ErrorModel, Estimate, Smoothed
 from sinssim.estimation.filter_start import Start
 from sinssim.logs.log_files import recorded_errors
 from sinssim.logs.recorded_log import RecordedLog, recorded_log
+from sinssim.logs.recorded_streams import FixStream
 from sinssim.logs.reference_solution import Reference
 from sinssim.progress import Progress, silent
+from sinssim.scenario import Scenario
 from sinssim.scenario.filter_model import Excitation, filter_model, with_states
 from sinssim.scenario.filter_section import InitialSigmaSection
 from sinssim.scenario.run_memory import ROWS
@@ -34,12 +36,8 @@ from sinssim.simulation.aided_run import coarse_alignment, filtered
 from sinssim.simulation.truth_comparison import Aided, Rows
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.truth.sampling import Channel, FlightEvent
+from sinssim.truth.trajectory import Trajectory
 from sinssim.units import ARCMIN
-
-if TYPE_CHECKING:
-    from sinssim.logs.recorded_streams import FixStream
-    from sinssim.scenario import Scenario
-    from sinssim.truth.trajectory import Trajectory
 
 
 @dataclass(frozen=True)
@@ -186,16 +184,9 @@ class RecordedAided(Aided):
 def aid_recorded(
     prepared: Prepared, imu: ImuData, start: Start, *, history: bool = True, progress: Progress = silent
 ) -> Estimate:
-    """Run a scenario's filter on recorded sensors.
-
-    Args:
-        imu: increments that the engine navigates on, after compensation.
-        history: whether to keep the history for smoothing and observability.
-        progress: called with what a diagnosis tries and the fraction done.
-
-    Returns:
-        The estimate; if the filter diverged, it ends there.
-    """
+    """Run a scenario's filter on recorded sensors from increments that the engine navigates on, after compensation; if
+    the filter diverged, the estimate ends there. The history is for smoothing and observability; the progress is what a
+    diagnosis tries and the fraction done."""
     scenario, section = prepared.scenario, prepared.scenario.filter
     assert section is not None
     lasts = float(imu.time[-1] - imu.time[0])
@@ -340,18 +331,10 @@ def outage_pass(imu: ImuData, prepared: Prepared, start: Start, spans: tuple[tup
 def outage_errors(
     estimate: Estimate, error: NavError, smoothed: NavError | None, outages: Sequence[tuple[float, float]]
 ) -> list[OutageErrors]:
-    """Return the errors at the end of each outage.
-
-    Args:
-        error: its differences from the reference, or from the withheld fixes, at the filter's epochs.
-        smoothed: the same of the smoothed solution, if there is one.
-        outages: beginning and end of each, s.
-
-    Returns:
-        For every outage its times, the horizontal and height error and the velocity error of the filter at the last
-        known instant, its own 1σ of the horizontal position there, and the largest horizontal error of the smoothed
-        solution within it.
-    """
+    """Return for every outage its times, s, the horizontal and height error and the velocity error of the filter at the
+    last known instant, its own 1σ of the horizontal position there, and the largest horizontal error of the smoothed
+    solution, if there is one, within it. Errors are differences from the reference, or from the withheld fixes, at the
+    filter's epochs."""
     rows = []
     for begin, end in outages:
         during = (error.time > begin) & (error.time <= end + 1e-9)
@@ -381,15 +364,8 @@ STRAIGHT_S = 2.0  # s; velocity by the fixes alone: two intervals of a receiver 
 
 
 def straight_line_error(fixes: FixStream, begin: float, at: float) -> float:
-    """Return the horizontal distance of a withheld fix from the straight line through the last fixes before, m.
-
-    Args:
-        begin: beginning of the outage, s.
-        at: time of the withheld fix, s.
-
-    Returns:
-        The distance; NaN with fewer than two fixes in the seconds before the outage.
-    """
+    """Return the horizontal distance, m, of a withheld fix at a time from the straight line through the last fixes
+    before the beginning of the outage, s; NaN with fewer than two fixes in the seconds before it."""
     known = np.isfinite(fixes.latitude) & np.isfinite(fixes.longitude)
     time, latitude, longitude = fixes.time[known], fixes.latitude[known], fixes.longitude[known]
     withheld = int(np.argmin(np.abs(time - at)))

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple, TypedDict
 
@@ -23,23 +23,20 @@ from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
 from sinssim.errors import InputError
 from sinssim.rotation import conjugate, euler_from_quaternion, multiply, rotate
+from sinssim.scenario import Scenario
 from sinssim.scenario.true_motion import mounting
-from sinssim.statistics.requirements import BY_PATH, MISS
+from sinssim.statistics.requirements import BY_PATH, MISS, Quantity, Requirement
 from sinssim.strapdown.navigation_error import navigation_error
+from sinssim.truth.flight.flight_plan import FlightPlan
 from sinssim.truth.flight.guidance import TRUTH
 from sinssim.truth.flight.legs.landing import LandLeg
 from sinssim.truth.flight.legs.waypoint import WaypointLeg
 from sinssim.truth.flight.planned_path import Begin, Beside, PlannedTrack
+from sinssim.truth.trajectory import Trajectory
 from sinssim.units import DEG, NAUTICAL_MILE, listed
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from sinssim.scenario import Scenario
     from sinssim.simulation.truth_and_sensors import Truth
-    from sinssim.statistics.requirements import Quantity, Requirement
-    from sinssim.truth.flight.flight_plan import FlightPlan
-    from sinssim.truth.trajectory import Trajectory
 
 AXES = ("across", "along", "vertical")
 """Directions of the errors: to the right of the planned path, along it, above it."""
@@ -78,15 +75,9 @@ class PathErrors:
 def planned_pieces(
     flight: FlightPlan, path: Trajectory, reference: Trajectory, lever: Array, place: Array
 ) -> list[Piece]:
-    """Return the planned path of a flight while it flies it.
-
-    Args:
-        flight: the plan.
-        path: the flight.
-        reference: the flight of the same plan by the true motion: a leg that begins at no stated place begins there.
-        lever: place of the sensor block, forward, right, down of the centre of gravity, (3,) m.
-        place: attitude of the block in the aircraft, quaternion, (4,).
-    """
+    """Return the planned path of a flight while it flies it. A leg that begins at no stated place begins where the
+    flight of the same plan by the true motion, the reference, flies it. Lever and place are those of the sensor block:
+    forward, right, down of the centre of gravity, (3,) m, and its attitude in the aircraft, a quaternion."""
     begun = _begins(reference)
     state = at_centre(reference.state(np.clip(begun, reference.start, reference.end)), lever, place)
     heading = euler_from_quaternion(multiply(state.q_nb, conjugate(place)))[2]
@@ -145,15 +136,9 @@ def path_errors(
     solution: NavSolution | None,
     instants: Array | None = None,
 ) -> PathErrors:
-    """Return the errors of a flight by its planned path.
-
-    Args:
-        scenario: with a flight.
-        truth: the flight.
-        pieces: see `pieces_of`.
-        solution: that of the navigator; None: the flight follows the true motion.
-        instants: (K,) s; once a second if None. With a solution they are those of its last rows until then.
-    """
+    """Return the errors of a flight by its planned pieces, see `pieces_of`, at instants, (K,) s, by default once a
+    second. With the solution of a navigator the instants are those of its last rows until then; without one the flight
+    follows the true motion."""
     path, how = truth.trajectory, mounting(scenario)
     once = np.append(np.arange(path.start, path.end - _SLACK, 1.0 / _RATE), path.end)
     time = once if instants is None else instants
@@ -383,12 +368,9 @@ def ending(flight: FlightPlan, path: Trajectory) -> Ending:
 
 
 def passages(scenario: Scenario, truth: Truth) -> list[tuple[Miss, float, Array]]:
-    """Return how a perfect navigator would pass the waypoints that a flight by its navigator reaches.
-
-    Returns:
-        Its miss of each, the time at which the flight is there, s, and the direction to the right of the planned path,
-        north and east, (2,).
-    """
+    """Return how a perfect navigator would pass the waypoints that a flight by its navigator reaches: its miss of each,
+    the time at which the flight is there, s, and the direction to the right of the planned path, north and east,
+    (2,)."""
     flight = scenario.flight
     assert flight is not None
     assert truth.guided is not None

@@ -10,28 +10,26 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from sinssim.data import NavSolution, short_repr
+from sinssim.data import Array, ImuData, NavSolution, NavState, short_repr
 from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.errors import InputError
 from sinssim.progress import Progress
+from sinssim.scenario import Scenario
 from sinssim.scenario.planned_limits import check_times
 from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.aiding_sensor import Vehicle
 from sinssim.strapdown.navigation_error import NavError, axes_along, axes_of, navigation_error
+from sinssim.truth.flight.guidance import Guided
 from sinssim.truth.sampling import FlightEvent
+from sinssim.truth.trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from sinssim.data import Array, ImuData, NavState
     from sinssim.logs.reference_solution import Reference
-    from sinssim.scenario import Scenario
     from sinssim.sensors.sensor_set_readings import Readings, TrueErrors
     from sinssim.simulation.recorded_filter_run import Prepared
     from sinssim.strapdown.frames.vertical_channel import HeightReadings
-    from sinssim.truth.flight.guidance import Guided
-    from sinssim.truth.trajectory import Trajectory
 
 
 _ROWS = ("time", "latitude", "longitude", "height", "velocity_ned", "q_nb", "defect")
@@ -65,12 +63,8 @@ class Truth:
         cls, trajectory: Trajectory, block: Trajectory, rate_hz: float, ideal: ImuData, state: NavState | None = None,
         guided: Guided | None = None,
     ) -> Truth:  # fmt: skip
-        """Return the truth along a motion, which holds what has been computed of it.
-
-        Args:
-            ideal: ideal increments along `block`, in the steps of `digital`.
-            state: true states at their edges, if they are known.
-        """
+        """Return the truth along a motion, which holds what has been computed of it: ideal increments along `block`, in
+        the steps of `digital`, and true states at their edges, if they are known."""
         truth = cls(trajectory, block, rate_hz, ideal.time, guided)
         vars(truth).update({"ideal": ideal} if state is None else {"ideal": ideal, "state": state})
         return truth
@@ -245,11 +239,7 @@ class Sensed:
 
 
 def sense(scenario: Scenario, truth: Truth) -> Sensed:
-    """Emulate the inertial sensors of a simulated run.
-
-    Returns:
-        What the sensors read, which holds the readings of perfect sensors as well.
-    """
+    """Emulate the inertial sensors of a simulated run, and the readings of perfect sensors as well."""
     from sinssim.sensors.sensor_set_readings import draw_true_errors, read
 
     errors = draw_true_errors(scenario.imu, scenario.seed, scenario.compensation)
@@ -269,11 +259,8 @@ class Plan:
 
 
 def planned(scenario: Scenario, *, recorded: bool) -> Plan:
-    """Read the files of a scenario with [log], and check what follows from them.
-
-    Args:
-        recorded: whether the run is written to a run directory.
-    """
+    """Read the files of a scenario with [log], and check what follows from them; `recorded` says whether the run is
+    written to a run directory."""
     from sinssim.scenario import filter_model as filter_states
     from sinssim.scenario.run_memory import check_memory
     from sinssim.simulation.recorded_filter_run import prepare

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,10 +25,7 @@ from sinssim.sensors.sensor_set_readings import TrueErrors
 from sinssim.sensors.sensor_set_section import Redundant, SensorSet
 from sinssim.sensors.single_sensors import APART
 from sinssim.strapdown.navigation_error import NavError, navigation_error
-
-if TYPE_CHECKING:
-    from sinssim.truth.trajectory import Trajectory
-
+from sinssim.truth.trajectory import Trajectory
 
 _STATES = tuple(dict.fromkeys(("bias", "scale", "misalignment", "bias_temperature",
                                *(of.field for of in INERTIAL.values()))))  # fmt: skip
@@ -47,14 +43,9 @@ class InertialParameters:
         section: SensorSet | None = None,
         used: tuple[Array, Array] | None = None,
     ) -> None:
-        """Store the run's errors.
-
-        Args:
-            edges: edges of the IMU's intervals, (N+1,) s.
-            seed: the run's seed, which determines the noises that drive the drifts.
-            section: the set of sensors; default: three gyros and three accelerometers.
-            used: whether each gyro and each accelerometer of a redundant set is in use, (N, m) each; default: all.
-        """
+        """Store the errors of a run, whose seed determines the noises that drive the drifts, by default of three gyros
+        and three accelerometers, for the edges of the IMU's intervals, (N+1,) s. Of a redundant set `used` says whether
+        each gyro and each accelerometer is in use, (N, m) each; by default all are."""
         self._edges, self._seed, self._used = edges, seed, used
         self._left = _remaining(errors.imu, errors.calibration)
         self._axes = section.axes if isinstance(section, Redundant) else None
@@ -62,18 +53,11 @@ class InertialParameters:
         self._blocks = tuple(map(_remaining, errors.single_sensors, known))
 
     def at(self, *times: Array, model: ErrorModel | None = None) -> list[dict[str, Array]]:
-        """Return the parameters by block of the filter.
-
-        Each error is emulated once for all times, and what is emulated is not kept.
-
-        Args:
-            *times: epochs of the filter, of the smoother and so on, (K,) s each.
-            model: that of the filter, which tells flicker of a block of its own from that in the bias.
-
-        Returns:
-            For each of the times: biases and instabilities, (3,) or (K, 3); scale factors, (3,), and misalignments,
-            (6,); the sum of the processes of flicker stands in the first of them, and the others are zero.
-        """
+        """Return the parameters by block of the filter at each of some times, (K,) s each, of the filter, of the
+        smoother and so on: biases and instabilities, (3,) or (K, 3); scale factors, (3,), and misalignments, (6,). The
+        sum of the processes of flicker stands in the first of them, and the others are zero; the model tells flicker of
+        a block of its own from that in the bias. Each error is emulated once for all times, and what is emulated is not
+        kept."""
         triads = {"gyro": self._left.gyro, "accelerometer": self._left.accel}
         sums = {} if model is None else model.sums
         # the filter treats faster changes of flicker as noise
@@ -233,13 +217,8 @@ class Aided:
         return self.error_at(slice(None))
 
     def error_at(self, rows: Rows) -> NavError:
-        """Return the errors of the aided solution at some of the filter's epochs.
-
-        The truth is computed block by block, always the same blocks, so that the same row has the same bits.
-
-        Args:
-            rows: R of the filter's epochs.
-        """
+        """Return the errors of the aided solution at some of the filter's epochs. The truth is computed block by block,
+        always the same blocks, so that the same row has the same bits."""
         errors = self._errors_at(rows, _KINDS)
         return NavError(self.estimate.solution.time[rows], *(errors[name] for name in _KINDS))
 
@@ -274,14 +253,9 @@ class Aided:
         yield from map(self.error_at, blocks(len(self.estimate.time)))
 
     def block_error(self, block: str, rows: Rows = slice(None)) -> Array:
-        """Return the actual errors in the states of one block; a parameter without a true value counts as zero.
-
-        Args:
-            rows: R of the filter's epochs; all if not given.
-
-        Returns:
-            (R, size): solution minus truth for navigation, true value minus estimate for parameters.
-        """
+        """Return the actual errors in the states of one block at some of the filter's epochs, (R, size): solution minus
+        truth for navigation, true value minus estimate for parameters; a parameter without a true value counts as
+        zero."""
         if (kind := {"position": "position_ned", "velocity": "velocity_ned"}.get(block, block)) in _KINDS:
             return self._errors_at(rows, (kind,))[kind]
         true = self.parameters.get(block, np.zeros(1))
@@ -319,15 +293,10 @@ def compare_with_truth(
     block: Trajectory | None = None,
     gravity: Callable[[Array], Array] | None = None,
 ) -> Aided:
-    """Compare an estimate with the truth.
-
-    Args:
-        edges: edges of the IMU's intervals, (N+1,) s.
-        sensed: readings of the aiding sensors, with their true errors.
-        block: the motion of a block that turns in the vehicle, which the filter's history is about.
-        gravity: function that returns the disturbance that the navigator does not know at instants, (K,) s, north,
-            east, down, (K, 3) m/s²; None for none.
-    """
+    """Compare an estimate with the truth: the motion, the readings of the aiding sensors with their true errors, and
+    the motion of a block that turns in the vehicle, which the filter's history is about. `edges` are those of the IMU's
+    intervals, (N+1,) s; `gravity` returns the disturbance that the navigator does not know at instants, (K,) s: north,
+    east, down, (K, 3) m/s²."""
     further = {"smoothed": estimated.smoothed, "backward": estimated.backward}
     solutions = {name: estimate for name, estimate in further.items() if estimate is not None}
     true = inertial.at(estimated.time, *(e.time for e in solutions.values()), model=estimated.model)

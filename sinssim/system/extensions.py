@@ -127,12 +127,8 @@ def syntax_words(error: SyntaxError) -> str:
 
 
 def items_of(path: Path) -> list[Item]:
-    """Return what a file or a project folder brings.
-
-    Args:
-        path: a file, the folder of an aircraft, or a project folder with some of the folders of `SINGULAR`. Names that
-            begin with "_" or "." are left out.
-    """
+    """Return what a file, the folder of an aircraft, or a project folder with some of the folders of `SINGULAR` brings.
+    Names that begin with "_" or "." are left out."""
     if os.path.isfile(path):
         return [_item(_kind_of(path), path)]
     if not os.path.isdir(path):

@@ -84,11 +84,8 @@ IN_USE = ".sinssim-in-use"
 
 
 def open_own(path: Path, *, make: bool = True) -> int:
-    """Open a file of this program for reading and writing; links are not followed.
-
-    Returns:
-        Its descriptor, which child programs do not inherit.
-    """
+    """Open a file of this program for reading and writing; links are not followed. Return its descriptor, which child
+    programs do not inherit."""
     flags = os.O_RDWR | (os.O_CREAT if make else 0)
     flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Windows has neither
     file = os.open(path, flags, 0o666)
@@ -136,13 +133,9 @@ class Draft:
     """
 
     def __init__(self, parent: Path | None = None, name: str = "sinssim", *, mode: int = 0o777) -> None:
-        """Make a folder, and remove those of processes that have ended.
-
-        Args:
-            parent: an existing folder; the system's folder for temporary files if not given.
-            name: what the name of the folder begins with.
-            mode: permissions of the folder, before those that the process withholds.
-        """
+        """Make a folder in an existing one, by default the system's for temporary files, with a name that begins with
+        `name` and permissions before those that the process withholds, and remove those of processes that have
+        ended."""
         if parent is None:
             parent, mode = Path(tempfile.gettempdir()), 0o700
         remove_left(parent)
@@ -284,15 +277,9 @@ def remove(place: Path, names: Iterable[str]) -> None:
 
 
 def publish(source: Draft, place: Path, staying: Iterable[str] = ()) -> list[str]:
-    """Move a draft to its place, or replace what sinssim wrote there, file by file; all other files stay.
-
-    Args:
-        source: the new files, on the same file system.
-        staying: names of files of sinssim in it that stay and are marked with the new ones.
-
-    Returns:
-        The names of the new files, with slashes.
-    """
+    """Move a draft, on the same file system, to its place, or replace what sinssim wrote there, file by file; all other
+    files stay. Files of sinssim whose names are in `staying` stay, too, and are marked with the new ones. Return the
+    names of the new files, with slashes."""
     new, staying = _files(source.path), list(staying)
     if not os.path.lexists(place):
         _write_mark(source.path, new)

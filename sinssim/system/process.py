@@ -69,14 +69,9 @@ def interruptible(*signals: signal.Signals) -> Iterator[None]:
 
 
 def aside(work: Callable[[], T]) -> T:
-    """Run uninterruptible work in a separate thread, so that the caller reacts to an interruption at once.
-
-    After an interruption the work continues to its end, and its result is discarded.
-
-    Args:
-        work: the work. It is done in the current thread if that is not the main thread, which alone receives signals,
-            or if a module is being imported, for which the work might wait.
-    """
+    """Run uninterruptible work in a separate thread, so that the caller reacts to an interruption at once; after one
+    the work continues to its end, and its result is discarded. It is done in the current thread if that is not the main
+    thread, which alone receives signals, or if a module is being imported, for which the work might wait."""
     if threading.current_thread() is not threading.main_thread() or _imports(sys._getframe()):
         return work()
     from concurrent.futures import Future  # imported here, because other commands then start faster

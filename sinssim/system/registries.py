@@ -219,14 +219,8 @@ def _shipped(kind: str) -> Iterable[str]:
 
 
 def sentence_of(item: Item, content: Outline | None = None) -> str:
-    """Return the description of own content for lists: the first line of its file's docstring.
-
-    Args:
-        content: its outline, if known.
-
-    Returns:
-        The sentence; of a file that is not Python, the reason why it cannot be used.
-    """
+    """Return the description of own content for lists, from its outline if that is known: the first line of its file's
+    docstring; of a file that is not Python, the reason why it cannot be used."""
     content = content or outline(item.file)
     return f"(cannot be used: {content.problem})" if content.problem else content.sentence or f"own, {item.file.name}"
 

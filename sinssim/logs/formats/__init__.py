@@ -158,11 +158,7 @@ def folder_of(file: Path) -> Path | None:
 
 
 def detect(path: Path) -> str:
-    """Return the format of a file: key of `FORMATS`.
-
-    Args:
-        path: a file, or a folder for the formats that are folders.
-    """
+    """Return the format, key of `FORMATS`, of a file, or of a folder for the formats that are folders."""
     names = candidates(path)
     if len(names) == 1:
         return names[0]
@@ -248,12 +244,8 @@ def library(module: str, package: str, purpose: str) -> Any:
 
 
 def refused(path: Path, format_name: str, error: BaseException) -> InputError:
-    """Return the error for a file that a vendor's library cannot read.
-
-    Args:
-        format_name: what the file should be, for example "a PX4 ULog".
-        error: the library's error.
-    """
+    """Return the error for a file that a vendor's library cannot read as what it should be, for example "a PX4
+    ULog"."""
     reason = "".join(c if c.isprintable() else " " for c in str(error)).strip().rstrip(".")
     return InputError(
         f"{path} cannot be read as {format_name}: {reason[:300] or type(error).__name__}. It may be damaged or "

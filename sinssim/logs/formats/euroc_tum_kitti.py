@@ -52,15 +52,8 @@ NS = 1_000_000_000
 
 
 def clock_of(ns: NDArray[np.int64], note: str) -> tuple[Clock, Array]:
-    """Return the clock and the times of Unix stamps.
-
-    Args:
-        ns: nanoseconds of Unix time, or since another start, (N,).
-        note: what the file gives.
-
-    Returns:
-        The clock, with an origin if the stamps are dates since 1980, and times from its origin, (N,) s.
-    """
+    """Return the clock of stamps, (N,) ns of Unix time or since another start, with an origin if they are dates since
+    1980, and the times from its origin, (N,) s."""
     seconds, rest = np.divmod(ns, NS)
     if seconds[0] < EPOCH_UNIX:
         first = 0
@@ -74,16 +67,8 @@ def clock_of(ns: NDArray[np.int64], note: str) -> tuple[Clock, Array]:
 
 
 def split_first(path: Path, delimiter: str = WHITESPACE, skip: int = 0) -> NDArray[np.int64]:
-    """Return the first column as whole nanoseconds, without rounding.
-
-    Args:
-        path: a text file that `sinssim.logs.numeric_columns.read_numbers` accepts.
-        delimiter: one character, or `WHITESPACE`.
-        skip: lines at the beginning that are left out.
-
-    Returns:
-        (N,): decimal numbers are seconds, whole numbers of 16 digits or more nanoseconds.
-    """
+    """Return the first column of a text file that `read_numbers` accepts as whole nanoseconds, (N,), without rounding:
+    decimal numbers are seconds, whole numbers of 16 digits or more nanoseconds."""
     stamps: list[int] = []
     for number, fields in text_rows(path, delimiter, skip, cut_rows(path, delimiter, skip)):
         word = fields[0]
@@ -114,11 +99,7 @@ def recognises_tum(path: Path, head: bytes) -> bool:
 
 
 def unit(path: Path, q: Array) -> Array:
-    """Return quaternions with norm 1.
-
-    Args:
-        q: (N, 4).
-    """
+    """Return quaternions, (N, 4), with norm 1."""
     norm = np.linalg.norm(q, axis=1)
     bad = ~(np.abs(norm - 1.0) < 0.01)
     if bad.any():
@@ -128,14 +109,8 @@ def unit(path: Path, q: Array) -> Array:
 
 
 def local_solution(time: Array, position: Array, q: Array | None, velocity: Array | None) -> SolutionStream:
-    """Return a solution in local axes.
-
-    Args:
-        time: (N,) s.
-        position: east, north, up, (N, 3) m.
-        q: from forward-left-up to east-north-up, scalar first, (N, 4).
-        velocity: east, north, up, (N, 3) m/s.
-    """
+    """Return a solution in local axes from positions, (N, 3) m, and velocities, (N, 3) m/s, east, north, up, and
+    attitudes from forward-left-up to east-north-up, scalar first, (N, 4)."""
     nowhere = np.full(len(time), np.nan)
     return SolutionStream(
         time=time,
@@ -299,14 +274,8 @@ def origin_words(content: Content) -> str:
 
 
 def pose(content: Content) -> tuple[Array, Array]:
-    """Return position and attitude of the chosen solution.
-
-    Args:
-        content: what is written; its solution has an attitude.
-
-    Returns:
-        East, north, up, (N, 3) m, and quaternions from forward-left-up to the origin's axes, scalar first, (N, 4).
-    """
+    """Return position, east, north, up, (N, 3) m, and attitude, from forward-left-up to the origin's axes, scalar
+    first, (N, 4), of the chosen solution, which has an attitude."""
     s = content.solution
     assert s.q_nb is not None
     position = enu_about(content.origin, s.latitude, s.longitude, s.height)
@@ -314,11 +283,7 @@ def pose(content: Content) -> tuple[Array, Array]:
 
 
 def velocity(content: Content) -> Array:
-    """Return the velocity of the chosen solution in the origin's axes, east, north, up, (N, 3) m/s.
-
-    Args:
-        content: what is written; its solution has a velocity.
-    """
+    """Return the velocity of the chosen solution, which has one, in the origin's axes, east, north, up, (N, 3) m/s."""
     s = content.solution
     assert s.velocity_ned is not None
     return rotation.rotate(level_turn(content.origin, s.latitude, s.longitude), swapped(s.velocity_ned))

@@ -91,14 +91,8 @@ class Content:
         )
 
     def stamps(self, time: Array) -> tuple[Array, Array]:
-        """Return times as whole GPS seconds and nanoseconds, without loss of digits.
-
-        Args:
-            time: the run's own time, (N,) s.
-
-        Returns:
-            GPS seconds and nanoseconds, (N,) int64 each.
-        """
+        """Return the run's own times, (N,) s, as whole GPS seconds and nanoseconds, (N,) int64 each, without loss of
+        digits."""
         whole = int(self.start_gps_s // 1.0)
         ns = np.round(time * 1e9).astype(np.int64) + 1000 * round(1e6 * (self.start_gps_s - whole))
         seconds, rest = np.divmod(ns, 1_000_000_000)
@@ -114,15 +108,9 @@ def solution_of(fixes: FixStream) -> SolutionStream:
 
 
 def choose(run: RecordedRun, start_gps_s: float, names: list[str], rate_hz: float | None) -> Content:
-    """Return the content that names choose.
-
-    Args:
-        start_gps_s: GPS time of its time 0.
-        names: names of a solution, a receiver, and a kind of inertial readings; each at most once.
-
-    Returns:
-        The content; by default the truth (of a log the reference, or the best solution), and the measured readings.
-    """
+    """Return the content that names choose, of a solution, a receiver, and a kind of inertial readings, each at most
+    once: by default the truth (of a log the reference, or the best solution), and the measured readings. Time 0 of the
+    run is a GPS time."""
     imus = run.inertial
     imu: str | None = next((kind for kind in ("measured", "ideal") if kind in imus), None)
     solution = run.motion

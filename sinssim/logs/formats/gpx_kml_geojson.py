@@ -84,11 +84,8 @@ def recognises_gpx(path: Path, head: bytes) -> bool:
 
 
 def read_gpx(path: Path) -> Streams:
-    """Return the points of all segments of the tracks of a GPX file, in the order of the file.
-
-    Returns:
-        One stream of fixes, named "gnss"; missing elevations are NaN.
-    """
+    """Return the points of all segments of the tracks of a GPX file, in the order of the file, as fixes named "gnss";
+    missing elevations are NaN."""
     root = read_xml(path)
     segments = [list(segment.iter("trkpt")) for segment in root.iter("trkseg")]
     points = [point for segment in segments for point in segment]
@@ -128,11 +125,8 @@ def read_gpx(path: Path) -> Streams:
 
 
 def read_path_gpx(path: Path) -> Array | None:
-    """Return the points of a GPX file's tracks, or of its routes if it has no track, without their times.
-
-    Returns:
-        Longitude and latitude in degrees and height in m, NaN if missing, (N, 3); None if there are no points.
-    """
+    """Return the points of a GPX file's tracks, or of its routes if it has no track, without their times: longitude and
+    latitude in degrees and height in m, NaN if missing, (N, 3); None if there are no points."""
     root = read_xml(path)
     points = list(root.iter("trkpt")) or list(root.iter("rtept"))
     if not points:
@@ -174,11 +168,7 @@ def recognises_kml(path: Path, head: bytes) -> bool:
 
 
 def read_kml(path: Path) -> Streams:
-    """Return the points of the gx:Track elements of a KML file, in the order of the file.
-
-    Returns:
-        One stream of fixes, named "gnss".
-    """
+    """Return the points of the gx:Track elements of a KML file, in the order of the file, as fixes named "gnss"."""
     root = read_xml(path)
     tracks = [track for track in root.iter("Track") if track.find("coord") is not None]
     if not tracks:
@@ -215,11 +205,8 @@ def read_kml(path: Path) -> Streams:
 
 
 def read_path_kml(path: Path) -> Array | None:
-    """Return the points of the LineStrings of a KML file, which have no times.
-
-    Returns:
-        Longitude and latitude in degrees and height in m, NaN if missing, (N, 3); None if there is no LineString.
-    """
+    """Return the points of the LineStrings of a KML file, which have no times: longitude and latitude in degrees and
+    height in m, NaN if missing, (N, 3); None if there is no LineString."""
     return path_of_lines(read_xml(path), path)
 
 

@@ -223,11 +223,8 @@ TYPICAL = (
 
 
 def noise_of(run: RecordedRun) -> tuple[Noise, Noise] | None:
-    """Return the noise of a run's gyros and accelerometers, as its [imu] section and its filter's factor give it.
-
-    Returns:
-        Gyros and accelerometers; None if the run has no [imu] section, or its grade is not found any more.
-    """
+    """Return the noise of a run's gyros and accelerometers, as its [imu] section and its filter's factor give it; None
+    if the run has no [imu] section, or its grade is not found any more."""
     from sinssim.sensors.imu.error_term_table import of_triad
     from sinssim.sensors.imu.imu_section import Imu
 
@@ -250,11 +247,7 @@ def noise_of(run: RecordedRun) -> tuple[Noise, Noise] | None:
 
 
 def start_of(content: Content) -> tuple[float, NavState]:
-    """Return the first reading at which the chosen solution has a state, and that state.
-
-    Returns:
-        The run's time of the reading, s, and one state.
-    """
+    """Return the run's time, s, of the first reading at which the chosen solution has a state, and that state."""
     known = content.run.solution(content.solution_name)
     time = content.imu.time
     at = time[(time >= known.time[0] - _EDGE) & (time <= known.time[-1])][:1]
@@ -264,18 +257,10 @@ def start_of(content: Content) -> tuple[float, NavState]:
 
 
 def initial_sigma(content: Content, time: float) -> tuple[Array, Array, Array]:
-    """Return the 1σ of the initial state: of position and velocity, and of the angles about north, east, down.
-
-    KF-GINS calls the angles roll, pitch and heading. It puts their squares into the covariance of the angles about
-    north, east and down.
-
-    Args:
-        time: of the initial state, the run's s.
-
-    Returns:
-        m, m/s, rad, (3,) each: what the run's own filter assumes at this instant; for the truth, or without a filter,
-        `TYPICAL_START`.
-    """
+    """Return the 1σ of the state at the run's time, s: of position, m, of velocity, m/s, and of the angles about north,
+    east, down, rad, (3,) each. They are what the run's own filter assumes at this instant; for the truth, or without a
+    filter, `TYPICAL_START`. KF-GINS calls the angles roll, pitch and heading. It puts their squares into the covariance
+    of the angles about north, east and down."""
     if content.solution_name != "truth" and "filter" in content.run.streams(""):
         table = content.run.table("filter")
         row = int(np.searchsorted(table["time_s"], time - _EDGE).clip(max=len(table["time_s"]) - 1))

@@ -49,11 +49,7 @@ def _rtklib_kind(line: str) -> str | None:
 
 
 def read_rtklib(path: Path) -> Streams:
-    """Read a solution file.
-
-    Returns:
-        One stream of fixes, "gnss".
-    """
+    """Read a solution file: one stream of fixes, "gnss"."""
     try:
         lines = read_text(path, encoding="latin-1").splitlines()
     except OSError as error:

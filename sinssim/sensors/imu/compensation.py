@@ -128,16 +128,9 @@ def _corrected(measured: ImuData, calibration: ImuErrors, name: Literal["gyro", 
 
 
 def imperfect_calibration(errors: ImuErrors, uncertainty: ImuErrors) -> ImuErrors:
-    """Return a calibration whose values differ from the true errors by a given amount.
-
-    Args:
-        errors: the block's true errors.
-        uncertainty: true minus calibrated values of the fields in `CALIBRATED`, for example drawn from the 1σ of a
-            better grade. Temperature, arms and delay are known exactly.
-
-    Returns:
-        Calibration values; after `compensate` with them, `uncertainty` remains to first order.
-    """
+    """Return a calibration whose values differ from the block's true errors by a given amount, so that `uncertainty`
+    remains to first order after `compensate` with them. The uncertainty is true minus calibrated values of the fields
+    in `CALIBRATED`, for example drawn from the 1σ of a better grade. Temperature, arms and delay are known exactly."""
 
     def triad(true: TriadErrors, left: TriadErrors) -> TriadErrors:
         return TriadErrors(**{name: getattr(true, name) - getattr(left, name) for name in CALIBRATED})
@@ -188,15 +181,8 @@ class Compensation(CompensationKeys):
         return super().normalized({**table, **{key: value for key, value in data.items() if key != "file"}})
 
     def draw(self, errors: ImuErrors, seed: int = 0) -> ImuErrors:
-        """Return the calibration values of one run: measured ones; for the others the true errors minus random ones.
-
-        Args:
-            errors: the block's true errors.
-            seed: the run's seed.
-
-        Raises:
-            InputError: the seed cannot be used.
-        """
+        """Return the calibration values of the run of a seed: measured ones; for the others the block's true errors
+        minus random ones."""
         wrong: list[TriadErrors] = []
         measured: list[dict[str, Any]] = []
         for triad in ("gyro", "accel"):

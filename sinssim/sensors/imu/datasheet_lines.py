@@ -33,14 +33,8 @@ class DatasheetLine(NamedTuple):
 
 @cache
 def line(key: str) -> DatasheetLine | None:
-    """Split a key into error term and unit.
-
-    Args:
-        key: quantity and unit, for example "gyro_arw_deg_sqrt_h" or "accel_bias_sigma_mg".
-
-    Returns:
-        The line; None if it is not the key of an error term.
-    """
+    """Split a key, for example "gyro_arw_deg_sqrt_h" or "accel_bias_sigma_mg", into error term and unit; None if it is
+    not the key of an error term."""
     for name in sorted(_BY_NAME, key=len, reverse=True):  # gyro_bias_temperature before gyro_bias
         if key.startswith(f"{name}_"):
             term, unit = _BY_NAME[name], key.removeprefix(f"{name}_")
@@ -135,14 +129,8 @@ _MEANING = {word: name for name, words in _WORDS.items() for word in words.split
 
 
 def in_words(key: str, known: Collection[str]) -> str | None:
-    """Return the key that means a word of data sheets.
-
-    Args:
-        key: an unknown key, for example "gyro_bias_repeatability_deg_h" or "noise_density".
-
-    Returns:
-        A sentence's end that names the key for it and says what to mind; None if the key is no such word.
-    """
+    """Return the key that means a word of data sheets, for example "gyro_bias_repeatability_deg_h" or "noise_density":
+    a sentence's end that names the key for it and says what to mind; None if the key is no such word."""
     key = respelled(key)
     first, _, rest = key.partition("_")
     triads = (_SENSORS[first],) if first in _SENSORS else ("gyro", "accel")

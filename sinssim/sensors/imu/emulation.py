@@ -124,13 +124,9 @@ def emulate(ideal: ImuData, spec: Imu | ImuErrors, seed: int = 0, *, rounded: bo
 
 
 def digital(ideal: ImuData) -> ImuData:
-    """Return the increments that a block without errors puts out: rounded as in stage 7, in steps that lose nothing.
-
-    Sums of any length differ from those of the given increments by at most half a step: 1.1·10⁻¹⁶ rad and 7·10⁻¹⁵ m/s.
-
-    Returns:
-        The increments in multiples of 2⁻⁵² rad and 2⁻⁴⁶ m/s.
-    """
+    """Return the increments that a block without errors puts out: rounded as in stage 7, to multiples of 2⁻⁵² rad and
+    2⁻⁴⁶ m/s, that lose nothing. Sums of any length differ from those of the given increments by at most half a step:
+    1.1·10⁻¹⁶ rad and 7·10⁻¹⁵ m/s."""
     from sinssim.sensors.imu.emulation_kernel import pack
 
     triads = TriadErrors(quantum=DTHETA_STEP), TriadErrors(quantum=DVEL_STEP)
@@ -204,11 +200,8 @@ def _jittered(time: Array, errors: ImuErrors, seed: int) -> Array:
 
 
 def perfect_increments(trajectory: Trajectory, ideal: ImuData, imu: Imu) -> ImuData:
-    """Return the increments that navigation makes of the output of a block without errors.
-
-    Returns:
-        The increments; the ideal ones unless the block gives instantaneous rates.
-    """
+    """Return the increments that navigation makes of the output of a block without errors: the ideal ones unless the
+    block gives instantaneous rates."""
     if imu.output != "instantaneous-rates":
         return ideal
     return _by_trapezoids(_at_the_stamps(trajectory, ideal))
@@ -222,15 +215,8 @@ def measured_increments(
     seed: int,
     calibration: ImuErrors | None,
 ) -> tuple[ImuData, ImuData | None]:
-    """Return the increments that navigation makes of the output of a block with errors.
-
-    Args:
-        seed: the run's seed.
-        calibration: calibration values; None without a compensation.
-
-    Returns:
-        Measured increments, and those after the compensation, which acts on the readings; None without one.
-    """
+    """Return the increments that navigation makes of the output of a block with errors, and those after the
+    compensation, which acts on the readings; None without calibration values."""
     instantaneous = imu.output == "instantaneous-rates"
     if instantaneous:  # the response of a sensor acts on the values at the stamps
         true = _at_the_stamps(trajectory, ideal)
@@ -250,11 +236,8 @@ def measured_increments(
 
 
 def of_output(sigma: ImuErrors, imu: Imu) -> ImuErrors:
-    """Return the standard deviations of a block's errors with the noise of its output.
-
-    Returns:
-        The same for increments; for rates, the rounding is white noise and part of the random walk.
-    """
+    """Return the standard deviations of a block's errors with the noise of its output: the same for increments; for
+    rates, the rounding is white noise and part of the random walk."""
     if imu.output == "increments":
         return sigma
     root = math.sqrt(imu.rate_hz / 12.0)

@@ -262,15 +262,9 @@ def _if_active(
 
 
 def _effect(acts_on: str) -> Any:
-    """Compose the compiled function of all terms that act on one part of the reading, stage by stage.
-
-    Args:
-        acts_on: as `ErrorTerm.acts_on`.
-
-    Returns:
-        The function. It takes the sum of what precedes them (−0 for nothing, because x + −0 is x for every x), the
-        active stages, the arrays of `measure`, an increment x along the sensitive axis and its duration.
-    """
+    """Compose the compiled function of all terms that act on one part of the reading, as `ErrorTerm.acts_on`, stage by
+    stage. It takes the sum of what precedes them (−0 for nothing, because x + −0 is x for every x), the active stages,
+    the arrays of `measure`, an increment x along the sensitive axis and its duration."""
     whole = _before
     acting_terms = [term for term in FIELDS.values() if term.multiplies and term.acts_on == acts_on]
     for stage in dict.fromkeys(term.stage for term in acting_terms):
@@ -453,13 +447,8 @@ def measure_all(
 
 
 def pack(runs: Sequence[ImuErrors], start: float, *, rounded: bool = False) -> Packed:
-    """Pack the errors of runs into arrays.
-
-    Args:
-        runs: errors of each run; correlation times, warm-up and faults are the same in all.
-        start: first edge of the samples, s.
-        rounded: whether sensors without pulses have steps of 2⁻⁵² rad and 2⁻⁴⁶ m/s.
-    """
+    """Pack the errors of runs, of which correlation times, warm-up and faults are the same, into arrays, for samples
+    from a first edge, s. Rounded sensors without pulses have steps of 2⁻⁵² rad and 2⁻⁴⁶ m/s."""
     parameters = np.zeros((len(runs), 6, PARAMETERS))
     for run, errors in enumerate(runs):
         check_errors(errors)

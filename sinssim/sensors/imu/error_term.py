@@ -202,18 +202,11 @@ class ErrorTerm:
         *,
         whole: bool = True,
     ) -> Any:
-        """Return what its values multiply in mean readings.
-
-        Args:
-            x: mean rates or specific forces of the triad in the axes of the block, (..., 3).
-            force: mean specific forces, (..., 3) m/s².
-            warmth: temperature above that of the calibration, (...) K.
-            time: time since the start, (...) s.
-            sensed: inputs along the sensitive axes, (..., 3); by default x, to first order.
-
-        Returns:
-            One factor for each value, (..., 3), or (..., 3, 3) for a matrix; zeros for a noise.
-        """
+        """Return what its values multiply in mean readings: one factor for each value, (..., 3), or (..., 3, 3) for a
+        matrix; zeros for a noise. They depend on mean rates or specific forces of the triad in the axes of the block,
+        x, (..., 3), mean specific forces, (..., 3) m/s², the temperature above that of the calibration, (...) K, the
+        time since the start, (...) s, and the inputs along the sensitive axes, (..., 3), by default x, to first
+        order."""
         sensed, along, matrix = x if sensed is None else sensed, x, len(self.shape) == 2
         if matrix:
             sensed, along, force = sensed[..., None], x[..., None, :], force[..., None, :]

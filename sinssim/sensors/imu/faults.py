@@ -78,12 +78,8 @@ class _Fault(Section):
         return sensor_numbers
 
     def check(self, where: str, count: int | None) -> None:
-        """Raise if the fault is one of sensors that the set does not have.
-
-        Args:
-            count: number of sensors of each kind of a redundant set; None for a block of three gyros and three
-                accelerometers.
-        """
+        """Raise if the fault is one of sensors that the set does not have: `count` is the number of each kind of a
+        redundant set; None for a block of three gyros and three accelerometers."""
         known = CHANNELS if count is None else channels_of(count)
         for channel in self.named:
             if channel not in known:
@@ -94,12 +90,9 @@ class _Fault(Section):
                 raise ValueError(f"{where}.{key} = {list(value)} has {len(value)} numbers; give {each}")
 
     def amount(self, sensor: int | None) -> Array:
-        """Return the effect on each of the six channels, as `Fault.amount`.
-
-        Args:
-            sensor: number of a sensor of a redundant set, from 0, which is axis i mod 3 of the block that emulates it;
-                None for a block of three gyros and three accelerometers.
-        """
+        """Return the effect on each of the six channels, as `Fault.amount`: for a sensor of a redundant set by its
+        number, from 0, which is axis i mod 3 of the block that emulates it; None for a block of three gyros and three
+        accelerometers."""
         amount = np.zeros(6)
         for key, values in self.sizes.items():
             first = 3 * key.startswith("accel")

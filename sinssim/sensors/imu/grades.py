@@ -44,12 +44,8 @@ class TriadGrade:
     others: Mapping[str, float] = field(default_factory=dict)
 
     def of(self, term: ErrorTerm) -> float:
-        """Return the grade's value of one error term.
-
-        Returns:
-            The 1σ of an error that differs from run to run, the value of any other, SI; the term's own value without
-            any if the grade does not have it.
-        """
+        """Return the grade's 1σ of an error that differs from run to run, the value of any other, SI; the term's own
+        value without any if the grade does not have it."""
         return float(getattr(self, term.field)) if term.field in _FIELDS else self.others.get(term.field, term.without)
 
 
@@ -70,20 +66,14 @@ class Grade:
 
 
 def of_grades(term: ErrorTerm) -> bool:
-    """Return whether a grade's file can have an error term.
-
-    Returns:
-        False for a term whose key in [imu] has a default of its own, which would hide the grade's value.
-    """
+    """Return whether a grade's file can have an error term: not if its key in [imu] has a default of its own, which
+    would hide the grade's value."""
     return term.default is None
 
 
 def grade_key(term: ErrorTerm) -> str:
-    """Return the key of an error term in a grade's file.
-
-    Returns:
-        The key of the 1σ of an error that differs from run to run, the only key of any other.
-    """
+    """Return the key of an error term in a grade's file: that of the 1σ of an error that differs from run to run, the
+    only key of any other."""
     return term.sigma_key if term.drawn else term.key
 
 
@@ -114,15 +104,9 @@ class _GradeFile(_Terms):  # type: ignore[misc]
 
 
 def read_grade(file: Path) -> Grade:
-    """Read a grade's file.
-
-    Args:
-        file: a TOML file with `description`, `source`, optionally `assumed`, which lists what the source does not
-            say, and error terms by the keys of [imu]: of an error that differs from run to run the 1σ.
-
-    Returns:
-        The grade. A term that the file does not have is zero.
-    """
+    """Read a grade from a TOML file with `description`, `source`, optionally `assumed`, which lists what the source
+    does not say, and error terms by the keys of [imu]: of an error that differs from run to run the 1σ. A term that the
+    file does not have is zero."""
     try:
         stat = file.stat()
     except OSError:

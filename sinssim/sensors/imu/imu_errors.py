@@ -73,15 +73,9 @@ class ImuErrors:
 
 
 def draw_triad(terms: Iterable[tuple[ErrorTerm, Array, Array]], seed: int) -> TriadErrors:
-    """Return the errors of three gyros or three accelerometers in one run.
-
-    Args:
-        terms: error terms with their means over all runs, or the value of a noise, and the 1σ about the mean, SI.
-        seed: the run's seed. Every axis of every term has its own random numbers.
-
-    Returns:
-        The errors; those of other terms are zero.
-    """
+    """Return the errors of three gyros or three accelerometers in one run from error terms with their means over all
+    runs, or the value of a noise, and the 1σ about the mean, SI; those of other terms are zero. Every axis of every
+    term has its own random numbers."""
     from sinssim.statistics.random_numbers import key, pairs
 
     key(seed)  # refuses an invalid seed

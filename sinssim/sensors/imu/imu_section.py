@@ -236,16 +236,9 @@ class Imu(ImuKeys, _Block):
         return self
 
     def stated(self, term: ErrorTerm) -> tuple[Array, Array]:
-        """Return mean and standard deviation of one error over all runs, as given or of the grade.
-
-        Args:
-            term: the error term.
-
-        Returns:
-            The given error, which is the mean over all runs, or the value of a noise; and the 1σ of the random error
-            about it, SI, in the shape of its field of `TriadErrors`. Beside a given error the 1σ is zero unless it is
-            given, too.
-        """
+        """Return mean and standard deviation of one error over all runs, SI, in the shape of its field of
+        `TriadErrors`, as given or of the grade: the given error, which is the mean over all runs, or the value of a
+        noise, and the 1σ of the random error about it. Beside a given error the 1σ is zero unless it is given, too."""
         if self.laser_gyro is not None and term.name in OF_THE_RING:
             return np.asarray(getattr(self.laser_gyro.ring, OF_THE_RING[term.name])), _NONE
         of_grade = getattr(find_grade(self.grade), term.triad).of(term)
@@ -290,15 +283,8 @@ class Imu(ImuKeys, _Block):
         return None if self.laser_gyro is None else self.laser_gyro.null_shift
 
     def with_triads(self, gyro: TriadErrors, accel: TriadErrors) -> ImuErrors:
-        """Return the errors of the block with given errors of the gyros and accelerometers.
-
-        Args:
-            gyro: errors of the three gyros.
-            accel: errors of the three accelerometers.
-
-        Returns:
-            The errors with everything else, which is not random: arms, delay, temperature, faults and null shift, SI.
-        """
+        """Return the errors of the block with given errors of the gyros and accelerometers and everything else, which
+        is not random: arms, delay, temperature, faults and null shift, SI."""
         return ImuErrors(
             gyro,
             accel,

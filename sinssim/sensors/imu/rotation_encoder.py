@@ -45,14 +45,7 @@ class EncoderErrors:
 
 
 def draw_encoders(imu: Imu, seed: int) -> EncoderErrors | None:
-    """Return the errors of one run's encoders: given values plus random ones.
-
-    Args:
-        seed: the run's seed.
-
-    Returns:
-        The errors, SI; None without [imu.rotation].
-    """
+    """Return the errors of one run's encoders, SI, given values plus random ones; None without [imu.rotation]."""
     imu_rotation = imu.rotation
     if imu_rotation is None:
         return None
@@ -70,14 +63,8 @@ def draw_encoders(imu: Imu, seed: int) -> EncoderErrors | None:
 
 
 def read_angles(turns: Turning, errors: EncoderErrors, edges: Array, t: Array) -> Array:
-    """Return the readings of the encoders (1): angles of the outer and the inner axis, (K, 2) rad.
-
-    Args:
-        turns: the true rotation.
-        errors: errors of the encoders.
-        edges: edges of the samples, (N+1,) s; each has a noise of its own.
-        t: instants, (K,) s; an instant between two edges has the noise of the nearest.
-    """
+    """Return the readings of the encoders (1): angles of the outer and the inner axis at instants, (K, 2) rad. Each
+    edge of the samples, (N+1,) s, has a noise of its own, and an instant between two edges that of the nearest."""
     true = turns.angles(t)
     read = true + errors.bias
     if errors.periodic:
@@ -103,11 +90,7 @@ class Encoders:
     edges: Array  # edges of the samples, (N+1,) s
 
     def attitude(self, t: Array) -> Array:
-        """Return the block's attitude in the vehicle as it is read: q̃_vb, (K, 4).
-
-        Args:
-            t: instants, (K,) s.
-        """
+        """Return the block's attitude in the vehicle as it is read at instants, (K,) s: q̃_vb, (K, 4)."""
         return self.turns.without_wobble(self.angles(t))
 
     def angles(self, t: Array) -> Array:
@@ -115,14 +98,8 @@ class Encoders:
         return read_angles(self.turns, self.errors, self.edges, t)
 
     def mean_rate(self, t: Array) -> Array:
-        """Return the mean rate of the block in the vehicle over two samples around each instant, as gyros are averaged.
-
-        Args:
-            t: instants, (K,) s.
-
-        Returns:
-            ω_vb in the block's axes as it is commanded, (K, 3) rad/s.
-        """
+        """Return the mean rate of the block in the vehicle over two samples around instants, (K,) s, as gyros are
+        averaged: ω_vb in the block's axes as it is commanded, (K, 3) rad/s."""
         interval = (self.edges[-1] - self.edges[0]) / (len(self.edges) - 1)
         t = np.clip(t, self.edges[0], self.edges[-1])
         begin = np.maximum(t - interval, self.edges[0])
@@ -142,26 +119,14 @@ class Encoders:
 
 
 def encoders_of(block: Trajectory, errors: EncoderErrors | None, edges: Array) -> Encoders | None:
-    """Return the encoders of a block: the encoders; None for a block that does not turn.
-
-    Args:
-        block: the motion that its sensors feel, from `block_of`.
-        errors: errors of the encoders in this run; none by default.
-        edges: edges of the samples, (N+1,) s.
-    """
+    """Return the encoders of a block, of which `block_of` gives the motion that its sensors feel, with their errors in
+    this run, by default none, and samples of the edges, (N+1,) s; None for a block that does not turn."""
     return Encoders(block.turns, errors or EncoderErrors(), edges) if isinstance(block, TurningBlock) else None
 
 
 def turned_in(state: NavState, block: Trajectory, t: float) -> NavState:
-    """Return the state of a rotating IMU from that of its vehicle, by the true angles.
-
-    Args:
-        state: of the vehicle at one instant, possibly with errors.
-        t: the instant, s.
-
-    Returns:
-        The state with the block's attitude; the same state for a block that does not turn.
-    """
+    """Return the state of a rotating IMU, with its attitude, from that of its vehicle at an instant, s, possibly with
+    errors, by the true angles; the same state for a block that does not turn."""
     if not isinstance(block, TurningBlock):
         return state
     return replace(state, q_nb=rotation.multiply(state.q_nb, block.turns.attitude(np.array([t]))[0]))

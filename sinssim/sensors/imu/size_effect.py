@@ -46,15 +46,9 @@ _FEWEST = 4  # number of samples that a cubic spline needs
 
 
 def what_is_felt(ideal: ImuData, errors: ImuErrors) -> ImuData:
-    """Return the inputs of a block's sensors, stage 1 of `emulate`, which are the same in every run.
-
-    Args:
-        ideal: ideal increments at the block's reference point.
-        errors: the block's errors; arms, delay, null shift and temperature are used.
-
-    Returns:
-        The increments; the ideal ones themselves if all of these errors are zero.
-    """
+    """Return the inputs of a block's sensors, stage 1 of `emulate`, which are the same in every run, from the ideal
+    increments at its reference point and its arms, delay, null shift and temperature: the ideal ones themselves if all
+    of these errors are zero."""
     felt = at_the_elements(ideal, errors.arms, errors.delay)
     if errors.null_shift is None:
         return felt
@@ -64,16 +58,9 @@ def what_is_felt(ideal: ImuData, errors: ImuErrors) -> ImuData:
 
 
 def at_the_elements(ideal: ImuData, arms: Array, delay: float) -> ImuData:
-    """Return the ideal increments of the accelerometers at their own places and times.
-
-    Args:
-        ideal: ideal increments at the block's reference point.
-        arms: places of the forward, the right and the down accelerometer, (3, 3) m, one row each.
-        delay: lag of their readings behind the gyros', s: the reading for t is f(t − delay); negative for a lead.
-
-    Returns:
-        The increments; those of the gyros are unchanged.
-    """
+    """Return the ideal increments of the accelerometers at their own places and times; those of the gyros are
+    unchanged. The arms are the places of the forward, the right and the down accelerometer, (3, 3) m, one row each; the
+    delay is the lag of their readings behind the gyros', s: the reading for t is f(t − delay); negative for a lead."""
     if not np.any(arms) and not delay:
         return ideal
     if len(ideal) < _FEWEST:

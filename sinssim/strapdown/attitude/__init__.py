@@ -250,12 +250,5 @@ ORDER = re.compile(r"-(\d+p?)(-\w+)?$")
 
 
 def family(algorithm: str) -> str:
-    """Return the family of an algorithm: its name without order and variant.
-
-    Args:
-        algorithm: for example "poisson-3-ortho".
-
-    Returns:
-        For example "poisson".
-    """
+    """Return the family of an algorithm, its name without order and variant: "poisson" of "poisson-3-ortho"."""
     return ORDER.sub("", algorithm)
