@@ -40,7 +40,7 @@ def test_ensembles_and_budgets_take_a_name_too() -> None:
     assert budget.time[-1] == 20.0
 
 
-@pytest.mark.parametrize("function", [sinssim.run, sinssim.ensemble, sinssim.budget, sinssim.calibrate])
+@pytest.mark.parametrize("function", [sinssim.run, sinssim.ensemble, sinssim.budget, sinssim.calibrate, sinssim.align])
 @pytest.mark.parametrize(
     ("scenario", "overrides", "message"),
     [
@@ -54,6 +54,16 @@ def test_what_is_no_scenario_is_refused(function: Any, scenario: Any, overrides:
     with pytest.raises(InputError) as info:
         function(scenario, overrides=overrides)
     assert message in str(info.value)
+
+
+@pytest.mark.parametrize(
+    ("function", "source"),
+    [(sinssim.run, "parked"), (sinssim.ensemble, "parked"), (sinssim.budget, "parked"), (sinssim.align, "parked"),
+     (sinssim.calibrate, "calibration_table"), (sinssim.compare, "gyro_trade")],
+)  # fmt: skip
+def test_settings_are_no_directory(function: Any, source: str) -> None:
+    with pytest.raises(InputError, match=r"directory = \['seed=3'\] must be a path; settings .*, as overrides"):
+        function(source, directory=["seed=3"])
 
 
 def test_a_loaded_scenario_names_the_wrong_setting() -> None:

@@ -70,7 +70,7 @@ def align(
             "itself. Add --disturbed, or omit --latitude."
         )
     check_directory(directory, overwrite)
-    settings = (overrides,) if isinstance(overrides, str) else tuple(overrides)
+    settings = [overrides] if isinstance(overrides, str) else list(overrides)
     solve = partial(align_session, method=method, latitude=latitude)
     with shown(progress) as report:
         report("Aligning", 0.0)
@@ -82,7 +82,7 @@ def align(
             result = _align_log(Path(source), columns, grade, (start, end), solve)
         else:
             _check_is_scenario(source, columns)
-            settings += () if grade is None else (f"imu.grade={json.dumps(grade)}",)
+            settings += [] if grade is None else [f"imu.grade={json.dumps(grade)}"]
             # eq. (1) gives the mean attitude of a session, the cone that at its last instant
             result = _align_scenario(source, settings, (start, end), solve, at_end=method != "quiet")
         report("Aligning", 1.0)
@@ -92,7 +92,7 @@ def align(
 def _check_is_scenario(source: Scenario | str | Path, columns: Path | str | None) -> None:
     """Raise for a file that is neither a log nor a scenario, and for columns of a scenario."""
     suffixes, name = ", ".join(SUFFIXES), source.name if isinstance(source, Scenario) else str(source)
-    path = Path("" if isinstance(source, Scenario) else source)
+    path = Path(source if isinstance(source, str | Path) else "")
     got = ""
     if path.name and path.is_dir():
         got = f"a directory; for a run, give its log {path / 'streams' / 'imu_measured.parquet'}"
@@ -110,7 +110,7 @@ def _check_is_scenario(source: Scenario | str | Path, columns: Path | str | None
 
 def _align_scenario(
     source: Scenario | str | Path,
-    settings: tuple[str, ...],
+    settings: list[str],
     span: tuple[float | None, float | None],
     solve: Callable[..., AlignmentResult],
     *,

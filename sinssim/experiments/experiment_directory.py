@@ -24,6 +24,7 @@ from sinssim.system.files import (
     IN_USE,
     MARK,
     Draft,
+    as_directory,
     check_inside,
     publish,
     remove,
@@ -245,7 +246,7 @@ class Store(ABC):
     def opened(cls, directory: Path | str | None, *what: Any, **how: bool) -> Iterator[Self]:
         """Open the directory of an experiment as the class does; without one, a folder that is then removed."""
         with ExitStack() as stack:
-            place = stack.enter_context(Draft()).path / "experiment" if directory is None else Path(directory)
+            place = stack.enter_context(Draft()).path / "experiment" if directory is None else as_directory(directory)
             store = cls(place, *what, **how)
             stack.enter_context(store)
             store.is_draft = directory is None

@@ -26,7 +26,7 @@ from sinssim.data import DROPPED, FROZEN, SATURATED, ImuData, html_table
 from sinssim.errors import InputError
 from sinssim.exhibits import Exhibits
 from sinssim.recording.streams import Stream, Streams
-from sinssim.system.files import Draft, check_place, is_taken, publish, write_text, written
+from sinssim.system.files import Draft, as_directory, check_place, is_taken, publish, write_text, written
 from sinssim.units import size_text
 
 
@@ -312,9 +312,9 @@ class Result:
         """
         there = self.directory
         if there is None:
-            return Path(self.media.save(self, Path(directory), overwrite=overwrite))
+            return Path(self.media.save(self, as_directory(directory), overwrite=overwrite))
         return write_directory(
-            Path(directory), lambda folder: copytree(there, folder, dirs_exist_ok=True), overwrite=overwrite
+            as_directory(directory), lambda folder: copytree(there, folder, dirs_exist_ok=True), overwrite=overwrite
         )
 
     def _repr_html_(self) -> str:

@@ -28,7 +28,7 @@ from pathlib import Path, PurePosixPath
 from typing import Self, TextIO
 
 from sinssim import __version__
-from sinssim.errors import InputError
+from sinssim.errors import InputError, shortened
 from sinssim.units import size_text
 
 _KINDS = (
@@ -366,9 +366,17 @@ def check_place(place: Path, overwrite: bool) -> None:
     check_inside(place, files)
 
 
+def as_directory(directory: object) -> Path:
+    """Return the path of a directory to write; refuse another object, such as settings in its place."""
+    if not isinstance(directory, str | os.PathLike):
+        shown = shortened(repr(directory))
+        raise InputError(f"directory = {shown} must be a path; settings of keys are given by name, as overrides.")
+    return Path(directory)
+
+
 def check_directory(directory: Path | str | None, overwrite: bool) -> None:
     """Raise before a computation unless its directory is free or `overwrite` allows to replace the result in it."""
     if directory is not None:
-        check_place(Path(directory).resolve(), overwrite)
+        check_place(as_directory(directory).resolve(), overwrite)
     elif overwrite:
         raise InputError("overwrite needs the directory of a result.")

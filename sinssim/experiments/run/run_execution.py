@@ -60,6 +60,7 @@ from sinssim.simulation.truth_and_sensors import (
 from sinssim.statistics.requirements import Requirement, parse_requirements
 from sinssim.strapdown.engine_assembly import check_own_files
 from sinssim.strapdown.navigation_error import NO_NUMBERS, error_numbers_of, known_error_numbers_of
+from sinssim.system.files import as_directory
 from sinssim.system.process import give_back_memory, map_large_arrays
 from sinssim.truth.flight.flight_log import FlightLog
 from sinssim.truth.flight.guidance import Guided
@@ -135,7 +136,7 @@ def _run(
     flown: FlightLog | None,
 ) -> Run | PlaneRun:
     """Compute a run by what its scenario describes; leave what a failed one had."""
-    folder = None if directory is None else RunDirectory(Path(directory), overwrite=overwrite)
+    folder = None if directory is None else RunDirectory(as_directory(directory), overwrite=overwrite)
     execution = Execution(scenario, folder, clock, require, viewer, flown)
     try:
         if scenario.one_component is not None:
