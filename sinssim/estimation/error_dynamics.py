@@ -31,10 +31,23 @@ The state relative to north at its own place, in which `dynamics` of the north-e
 are written, turns with north by ψ = δr_E tan φ/(R₂+h) in addition, k̂ down:
 
     δv = δv_n + ψ k̂ × v,   φ = φ_n − ψ k̂      (5)
+
+Errors of gyros and accelerometers. A triad reads G u + b with G = (1 + k)(1 + M). Compensated by Ĝ and b̂, it gives û =
+Ĝ⁻¹(G u + b − b̂), whose error is linear in û without a remainder,
+
+    û − u = X û + y,   X = 1 − G⁻¹Ĝ,   y = G⁻¹(b − b̂)      (6)
+
+The states of scale factor and misalignment are X, the diagonal and the rest, and those of the bias are y; to first
+order they are the differences of the parameters. Where X̂ and ŷ are fed back,
+
+    Ĝ⁺ = Ĝ (1 − X̂)⁻¹,   b̂⁺ = b̂ + Ĝ⁺ ŷ,   X⁺ = (X − X̂)(1 − X̂)⁻¹,   y⁺ = y − ŷ + X⁺ ŷ      (7)
+
+also without a remainder: squares of large errors do not count as new errors. Further errors of the sensors are linear.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,6 +98,69 @@ def reading_error(model: ErrorModel, triad: str, reading: Array, force: Array) -
             for state, at in enumerate(np.argwhere(places_of(term)), start=where.start):
                 out[:, at[0], state] = inputs[:, *at]
     return out
+
+
+_EYE, _AXES = np.eye(3), ~np.eye(3, dtype=bool)
+_FAR = 0.1
+"""Largest estimate X̂ that is fed back by (7): a filter that takes a sensor for wrong by more is lost, and 1 − X̂ may not
+have an inverse. Then the differences of the parameters are fed back."""
+
+
+def _instrument(triad: str, values: Mapping[str, Array]) -> Array:
+    """Return G = (1 + k)(1 + M) of a triad, (..., 3, 3), by the values of its states."""
+    scale, tilts = 1.0 + values[f"{triad} scale"], values.get(f"{triad} misalignment", np.zeros(6))
+    axes = np.broadcast_to(_EYE, (*np.broadcast_shapes(scale.shape[:-1], tilts.shape[:-1]), 3, 3)).copy()
+    axes[..., _AXES] = tilts
+    return np.asarray(scale[..., None] * axes)
+
+
+def remaining(model: ErrorModel, true: Mapping[str, Array], known: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the errors that the states stand for where parameters with `true` values are compensated by `known` ones,
+    by block: (6), and the difference of all others."""
+    out = {name: true.get(name, np.zeros(1)) - value for name, value in known.items()}
+    for triad in ("gyro", "accelerometer"):
+        scale, tilts, bias = (f"{triad} {what}" for what in ("scale", "misalignment", "bias"))
+        if scale not in model.slices:
+            continue
+        back = np.linalg.inv(_instrument(triad, {name: true.get(name, 0.0 * known[name]) for name in known}))
+        x = _EYE - back @ _instrument(triad, known)
+        out[scale] = np.einsum("...ii->...i", x)
+        if tilts in model.slices:
+            out[tilts] = x[..., _AXES]
+        if bias in model.slices:
+            out[bias] = np.einsum("...ij,...j->...i", back, out[bias])
+    return out
+
+
+def calibrated(model: ErrorModel, known: Array, fed: Array) -> tuple[Array, Array | None]:
+    """Return the compensated values after errors, (n,), were fed back to `known` ones, (n,), and the matrix by which
+    the remaining errors are those about the old values less what was fed back, (n, n), None for 1: (7)."""
+    out, turn = np.where(np.arange(len(fed)) < CORE, 0.0, known + fed), np.eye(len(fed))
+    values = {block.name: known[model.slices[block.name]] for block in model.blocks}
+    for triad in ("gyro", "accelerometer"):
+        scale, tilts, bias = (model.slices.get(f"{triad} {what}") for what in ("scale", "misalignment", "bias"))
+        if scale is None or not fed[scale].any():
+            continue
+        place = np.full((3, 3), -1)
+        place[~_AXES] = np.arange(scale.start, scale.stop)
+        if tilts is not None:
+            place[_AXES] = np.arange(tilts.start, tilts.stop)
+        x = np.where(place < 0, 0.0, fed[place])
+        if np.abs(x).max() > _FAR:
+            continue
+        after = np.linalg.inv(_EYE - x)
+        g = _instrument(triad, values) @ after
+        out[scale] = g.diagonal() - 1.0
+        if tilts is not None:
+            out[tilts] = (g / g.diagonal()[:, None])[_AXES]
+        for i, j in np.argwhere(place >= 0):
+            inside = place[i] >= 0
+            turn[place[i, j], place[i, inside]] = after[inside, j]
+        if bias is not None:
+            out[bias] = known[bias] + g @ fed[bias]
+            for i in range(3):
+                turn[bias.start + i, place[i, place[i] >= 0]] = (after @ fed[bias])[place[i] >= 0]
+    return out, None if np.array_equal(turn, np.eye(len(fed))) else turn
 
 
 def rates_of_decay(model: ErrorModel, velocity: Array) -> Array:

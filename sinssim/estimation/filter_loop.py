@@ -19,7 +19,7 @@ from sinssim.data import Array, NavSolution, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError, RunError
 from sinssim.estimation import LINEAR
-from sinssim.estimation.error_dynamics import turn_of_axes
+from sinssim.estimation.error_dynamics import calibrated, turn_of_axes
 from sinssim.estimation.filter_result import Divergence, History, corrected
 from sinssim.estimation.innovation_gate import WITHDRAWN, InnovationGate
 from sinssim.estimation.kalman_filter import Branch, Diverged, ErrorFilter, check_covariance
@@ -117,14 +117,15 @@ class Record:
         self,
         first: int,
         navigation: NavState,
-        compensated: Array,
+        compensated: tuple[Array, Array],
         fed_back: Array,
         corrected_end: NavState,
         turn: Array | None = None,
     ) -> None:
         """Record the solution of a segment.
 
-        `compensated` are the values of the parameters in it, and `fed_back` the errors fed back at its end, (n,) each.
+        `compensated` are the values of the parameters in it and after it, and `fed_back` the errors fed back at its
+        end, (n,) each.
         `turn` is the matrix into the axes there, (n, n); None if they are the same.
         """
         count = len(navigation.latitude)
@@ -134,16 +135,17 @@ class Record:
         self._stretch = []
         for name, value in vars(corrected(navigation, errors[:, :CORE], self._ellipsoid, self._model.axes)).items():
             getattr(self._solution, name)[part] = value
-        self._sensors[part] = errors[:, CORE:] + compensated[CORE:]
+        within, after = compensated
+        self._sensors[part] = errors[:, CORE:] + within[CORE:]
         history = self._history
         for row in range(len(self._navigation), history["state"].count):
             k = self._rows[row] - first
             if k < count - 1:
                 self._navigation.append(rows_of(navigation, np.array([k])))  # a copy: a slice would keep all rows
-                history["compensated"].append(compensated)
+                history["compensated"].append(within)
             else:
                 self._navigation.append(corrected_end)
-                history["compensated"].append(compensated + np.where(np.arange(len(fed_back)) < CORE, 0.0, fed_back))
+                history["compensated"].append(after)
                 history["fed_back"].first(row + 1)[row] += fed_back
                 history["state"].first(row + 1)[row] -= fed_back
         if turn is not None and self._rows and self._rows[-1] == first + count - 1:
@@ -360,15 +362,20 @@ class Loop:
             subtracted = fed
             if self._invariant:
                 subtracted, turn = by_group(fed)
-            before, end = end, corrected(end, subtracted[None], around.ellipsoid, around.model.axes)
+            nominal, end = end, corrected(end, subtracted[None], around.ellipsoid, around.model.axes)
             if around.model.axes == "transported":
-                turn = turn_of_axes(before, end, len(fed)) @ (np.eye(len(fed)) if turn is None else turn)
+                turn = turn_of_axes(nominal, end, len(fed)) @ (np.eye(len(fed)) if turn is None else turn)
+        before, (self._compensated, within) = self._compensated, calibrated(around.model, self._compensated, fed)
+        if within is not None:
+            turn = within if turn is None else turn @ within
         if self._witness is not None:
             self._witness.segment(line, count, fed, turn)
-        self.record.end_stretch(first, rows_of(line.state, slice(0, count)), self._compensated, fed, end, turn)
-        self._compensated = self._compensated + np.where(np.arange(len(fed)) < CORE, 0.0, fed)
+        known = before, self._compensated
+        self.record.end_stretch(first, rows_of(line.state, slice(0, count)), known, fed, end, turn)
         if feed:
-            refer = partial(line.motion().referred, count - 1, fed=fed, after=end) if self._by_points else _unused
+            refer = _unused
+            if self._by_points:
+                refer = partial(line.motion().referred, count - 1, fed=fed, after=end, within=within)
             for branch in self.branches.every():
                 branch.feed(fed, turn, refer)
         inside = self._row_at < around.epochs.time[self.done - 1]  # of the interval between two rows
@@ -420,6 +427,8 @@ class Loop:
         readings = self.around.readings[reading.sensor]
         data, now = readings.data, float(self.around.epochs.time[epoch])
         interval, gate, main = reading.interval, self.gates[reading.sensor], self.branches.main
+        if self._by_points:  # points have no H
+            reading = reading._replace(still=None)
         if now > gate.withdrawn:
             gate.skip(reading.row, WITHDRAWN)
             return
@@ -436,14 +445,17 @@ class Loop:
                 branch.take(reading, r, interval)
         if not gate.passes(reading.row, innovation):
             return
-        main.take(reading, r, interval)
+        h = main.filter.linearised(reading).h
+        moved = main.take(reading, r, interval)
         self._taken = name
         if self._history:
-            seen = reading.h @ self._row.transition
+            seen = h @ self._row.transition
             self._row.information += seen.T @ (
                 seen / reading.variance[:, None] if data.correlation is None else np.linalg.solve(r, seen)
             )
-            self._row.decay = self._row.decay - self.filter.gain @ (reading.h @ self._row.decay)
+            self._row.decay = self._row.decay - self.filter.gain @ (h @ self._row.decay)
+            if moved is not None:
+                self._row.predict(moved, np.zeros_like(moved))
         check_covariance(self.filter.covariance, self._varying, now, name)
         if gate.alarms(reading.row, innovation):
             for fixes in self._fixes:

@@ -14,6 +14,7 @@ from sinssim import rotation
 from sinssim.data import Array, NavSolution, NavState, short_repr
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import RunError
+from sinssim.estimation.error_dynamics import remaining
 from sinssim.estimation.state_model import NAVIGATION, ErrorModel
 from sinssim.strapdown.navigation_error import carried, navigation_error
 
@@ -317,7 +318,8 @@ def state_errors(
         ellipsoid: reference ellipsoid.
 
     Returns:
-        (K, n): solution minus truth for navigation, true value minus estimate for parameters.
+        (K, n): solution minus truth for navigation, true value minus estimate for parameters, for those of the inertial
+        sensors relative to the true sensor (`sinssim.estimation.error_dynamics`).
 
     Raises:
         InputError: truth and estimate have different numbers of rows.
@@ -325,8 +327,8 @@ def state_errors(
     errors = np.empty((len(estimate.solution.time), model.size))
     nav = navigation_error(truth, estimate.solution, ellipsoid, model.axes)
     errors[:, :9] = np.hstack([nav.position_ned, nav.velocity_ned, nav.attitude])
-    for name, value in estimate.parameters.items():
-        errors[:, model.slices[name]] = parameters.get(name, 0.0) - value
+    for name, error in remaining(model, parameters, estimate.parameters).items():
+        errors[:, model.slices[name]] = error
     return errors
 
 

@@ -28,6 +28,7 @@ from sinssim.data import Array
 from sinssim.estimation.filter_result import Divergence
 from sinssim.estimation.innovation_gate import Innovation
 from sinssim.estimation.linearisation import Linearisation, Observed
+from sinssim.sensors.measurement_kind import PHI, V, skew
 
 
 class ErrorFilter:
@@ -77,11 +78,26 @@ class ErrorFilter:
         """Predict over the interval before the epoch `k` of a segment."""
         self.predict(line.phi[k], line.q[k])
 
+    def linearised(self, reading: Observed) -> Observed:
+        """Return a reading linearised at the estimate, if it is that of a velocity of zero.
+
+        Zero is zero in any axes, also in those of the body, in which a velocity does not depend on the heading:
+        Cᵀv = 0 has H = (1, −v×) for δv and φ. With H = (1, 0) the error of the heading times a velocity that the
+        corrections removed would remain in the covariance, and the filter would take each correction for news of the
+        heading (compare G. Huang, A. Mourikis and S. Roumeliotis, Int. J. Robotics Research 29, 2010, 502).
+        """
+        if reading.still is None:
+            return reading
+        h = reading.h.copy()
+        h[:, PHI] = -skew((reading.still - self.x[V])[None])[0]
+        return reading._replace(h=h, residual=reading.residual + h[:, PHI] @ self.x[PHI])
+
     def innovation(self, reading: Observed, r: Array, cross: Array | None = None) -> Innovation:
         """Return the innovation of a reading with R, (k, k).
 
         `cross` is the covariance of the state's error with the reading's noise, (n, k); None if they are independent.
         """
+        reading = self.linearised(reading)
         h = reading.h
         covariance = h @ self.covariance @ h.T + r
         if cross is not None:
@@ -89,14 +105,26 @@ class ErrorFilter:
             covariance = covariance + both + both.T
         return Innovation.of(reading.residual - h @ self.x, covariance)
 
-    def update(self, reading: Observed, r: Array, cross: Array | None = None) -> None:
-        """Update the estimate with a reading; the arguments are those of `innovation`."""
+    def update(self, reading: Observed, r: Array, cross: Array | None = None) -> Array | None:
+        """Update the estimate with a reading; the arguments are those of `innovation`.
+
+        Returns:
+            The matrix by which the correction of a velocity of zero changed what a heading error does to the velocity,
+            (n, n); None for another reading.
+        """
+        reading, before = self.linearised(reading), self.x[V]
         self._filter.R = r
         if cross is None:
             self._filter.update(reading.residual, H=reading.h)
         else:
             self._filter.M = cross
             self._filter.update_correlated(reading.residual, H=reading.h)
+        if reading.still is None:
+            return None
+        moved = np.eye(len(self.x))
+        moved[V, PHI] = skew((before - self.x[V])[None])[0]
+        self._filter.P = moved @ self._filter.P @ moved.T
+        return moved
 
     def copy(self) -> Self:
         """Return the same estimate, to go on by itself; its arrays are replaced, never changed."""
@@ -142,11 +170,13 @@ class Branch:
         """Return the innovation of a reading with R, (k, k), and the averaging interval of a zero-rate reading, s."""
         return self.filter.innovation(reading, r, self._common(reading, interval))
 
-    def take(self, reading: Observed, r: Array, interval: float) -> None:
-        """Update the estimate with a reading; the arguments are those of `innovation`."""
-        self.filter.update(reading, r, self._common(reading, interval))
+    def take(self, reading: Observed, r: Array, interval: float) -> Array | None:
+        """Update the estimate with a reading; the arguments are those of `innovation`, the result is the filter's."""
+        moved = self.filter.update(reading, r, self._common(reading, interval))
         for sensor in self.cross:
-            self.cross[sensor] = self.cross[sensor] - self.filter.gain @ (reading.h @ self.cross[sensor])
+            rest = self.cross[sensor] - self.filter.gain @ (reading.h @ self.cross[sensor])
+            self.cross[sensor] = rest if moved is None else moved @ rest
+        return moved
 
     def _common(self, reading: Observed, interval: float) -> Array | None:
         return self.cross[reading.sensor] / interval if reading.sensor in self.cross else None

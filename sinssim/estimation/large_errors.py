@@ -157,15 +157,18 @@ class PointMotion:
         """Return the states that would be true at the epoch `k` with errors, (N, n)."""
         return self.solution.row(k + 1).less(errors[:, :CORE] @ self.to_earth[k + 1].T).navigation(self.ellipsoid)
 
-    def referred(self, k: int, errors: Array, *, fed: Array, after: NavState) -> Array:
+    def referred(self, k: int, errors: Array, *, fed: Array, after: NavState, within: Array | None = None) -> Array:
         """Return errors at the epoch `k`, (N, n), relative to the solution after errors, (n,), were fed back, one row.
 
-        They are in that solution's own axes.
+        They are in that solution's own axes. `within` is the matrix of `calibrated`.
         """
         true = self.solution.row(k + 1).less(errors[:, :CORE] @ self.to_earth[k + 1].T)
         there = EarthFixed.of(after, self.ellipsoid).row(0).errors(true)
         from_earth = _to_earth(after, self.ellipsoid, self.axes)[1][0]
-        return np.hstack([there @ from_earth.T, errors[:, CORE:] - fed[CORE:]])
+        parameters = errors[:, CORE:] - fed[CORE:]
+        if within is not None:
+            parameters = parameters @ within[CORE:, CORE:].T
+        return np.hstack([there @ from_earth.T, parameters])
 
 
 def _pull(position: Array, velocity: Array, gravity: str, ellipsoid: Ellipsoid) -> Array:

@@ -243,6 +243,8 @@ class Observed(NamedTuple):
     interval: float  # averaging interval of a zero-rate reading, s
     residuals: Callable[[Array], Array]
     """Function that returns the residuals, (N, k), if the solution has errors of any size, (N, n)."""
+    still: Array | None = None
+    """The computed velocity, (3,) m/s, if the reading is that of a velocity of zero; see `ErrorFilter.linearised`."""
 
 
 @dataclass(frozen=True)
@@ -445,7 +447,9 @@ def _observe(
     variance, interval = readings.variance(rows, around.model), readings.interval[rows]
     if around.added is not None and kind.mean_rate:
         variance = variance + np.sum(around.added.roots(time - interval)[:, 0] ** 2, axis=2) / interval[:, None]
-    of = (rows.tolist(), residual, h, variance, interval.tolist(), map(partial(partial, residuals), range(len(rows))))
+    still = segment.state.velocity_ned[epoch - segment.first] if kind.zero else [None] * len(rows)
+    whole = map(partial(partial, residuals), range(len(rows)))
+    of = (rows.tolist(), residual, h, variance, interval.tolist(), whole, still)
     for at_epoch, *parts in zip(epoch.tolist(), *of, strict=True):
         yield at_epoch, Observed(sensor, *parts)
 

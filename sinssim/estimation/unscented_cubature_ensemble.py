@@ -84,15 +84,15 @@ class PointFilter(ErrorFilter):
         value, covariance, _ = self._seen(reading, r)
         return Innovation.of(value, covariance)
 
-    def update(self, reading: Observed, r: Array, cross: Array | None = None) -> None:
+    def update(self, reading: Observed, r: Array, cross: Array | None = None) -> Array | None:
         if cross is not None:  # a mean rate is linear in the state
-            super().update(reading, r, cross)
-            return
+            return super().update(reading, r, cross)
         value, covariance, across = self._seen(reading, r)
         gain = -scipy.linalg.solve(covariance, across.T, assume_a="pos").T  # a reading falls with the state
         self._filter.K = gain
         self.x = self.x + gain @ value
         self._filter.P = self.covariance - gain @ covariance @ gain.T
+        return None
 
     def _drawn(self) -> Array:
         return np.asarray(self._points.sigma_points(self.x, self.covariance))

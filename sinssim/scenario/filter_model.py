@@ -296,10 +296,11 @@ def _products(scenario: Scenario) -> Iterator[str]:
         ratio = math.sqrt(_ratio_squared(product**2 * of, triad.random_walk))
         if ratio > PRODUCTS:
             yield (
-                f"The errors of the {_TRIADS[name]} are too large for a linear filter: the squares of scale factors "
+                f"The errors of the {_TRIADS[name]} are too large for a linear filter: products of scale factors "
                 f"({1e6 * float(np.max(triad.scale)):.3g} ppm) and misalignments "
-                f"({1e3 * float(np.max(triad.misalignment)):.3g} mrad), which no state describes, make up to "
-                f"{_times(ratio)} times their noise over the run. Calibrate the sensors beforehand ([compensation])."
+                f"({1e3 * float(np.max(triad.misalignment)):.3g} mrad) with the attitude errors that such errors cause "
+                f"in turns, which no state describes, make up to {_times(ratio)} times their noise over the run. "
+                "Calibrate the sensors beforehand ([compensation])."
             )
 
 

@@ -172,6 +172,7 @@ class MeasurementKind:
     # whether H is that of errors relative to north, which the filter refers to the model's axes; False if it is the
     # same in all axes, as for a velocity of zero
     turns_with_north: bool = True
+    zero: bool = False  # whether the reading is that of a velocity of zero, which is zero in any axes
     # number of the first components that are velocities or rates, whose sign changes in reverse time
     velocities: int = 0
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array, ImuData, NavSolution, blocks, short_repr
 from sinssim.estimation import GRAVITY, ErrorModel, Estimate, nominal_errors, state_errors
+from sinssim.estimation.error_dynamics import remaining
 from sinssim.estimation.linearisation import rows_of, solution_of
 from sinssim.estimation.state_model import FLICKER, INERTIAL, NAVIGATION, crossing_time, values_of
 from sinssim.sensors.aiding_sensor import AidingReadings
@@ -253,20 +254,24 @@ class Aided:
         yield from map(self.error_at, blocks(len(self.estimate.time)))
 
     def block_error(self, block: str, rows: Rows = slice(None)) -> Array:
-        """Return the actual errors in the states of one block at some of the filter's epochs, (R, size): solution minus
-        truth for navigation, true value minus estimate for parameters; a parameter without a true value counts as
-        zero."""
+        """Return the actual errors in the states of one block at some of the filter's epochs, (R, size), as those of
+        `state_errors`; a parameter without a true value counts as zero."""
         if (kind := {"position": "position_ned", "velocity": "velocity_ned"}.get(block, block)) in _KINDS:
             return self._errors_at(rows, (kind,))[kind]
-        true = self.parameters.get(block, np.zeros(1))
-        return np.asarray((true[rows] if true.ndim > 1 else true) - self.estimate.parameters[block][rows])
+        return self._parameter_errors(rows)[block]
+
+    def _parameter_errors(self, rows: Rows) -> dict[str, Array]:
+        """Return the actual errors in the parameters' states at R of the filter's epochs, by block."""
+        true = {name: value[rows] if value.ndim > 1 else value for name, value in self.parameters.items()}
+        known = {name: value[rows] for name, value in self.estimate.parameters.items()}
+        return remaining(self.estimate.model, true, known)
 
     def state_errors_at(self, rows: Rows) -> Array:
         """Return the actual errors in the filter's own states at R of its epochs, (R, n)."""
         error = self.error_at(rows)
-        blocks = self.estimate.model.blocks[len(NAVIGATION) :]
-        block_errors = (self.block_error(block.name, rows) for block in blocks)
-        return np.hstack([error.position_ned, error.velocity_ned, error.attitude, *block_errors])
+        errors = self._parameter_errors(rows)
+        of_blocks = (errors[block.name] for block in self.estimate.model.blocks[len(NAVIGATION) :])
+        return np.hstack([error.position_ned, error.velocity_ned, error.attitude, *of_blocks])
 
     @property
     def state_errors(self) -> Array:

@@ -10,13 +10,15 @@ from scipy.stats import chi2
 
 import sinssim
 from sinssim.alignment.alignment_budget import expected_errors
-from sinssim.data import Measurements
+from sinssim.data import Array, ImuData, Measurements
 from sinssim.estimation import error_model
-from sinssim.estimation.error_dynamics import reading_error
+from sinssim.estimation.error_dynamics import calibrated, reading_error, remaining
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.state_model import INERTIAL, block_of_term, values_of
 from sinssim.scenario import load_scenario
 from sinssim.scenario.filter_model import choice, states
+from sinssim.sensors import ImuErrors, TriadErrors
+from sinssim.sensors.imu.compensation import compensate
 from sinssim.sensors.imu.error_term_table import TERMS
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.strapdown.navigation_error import navigation_error
@@ -95,3 +97,58 @@ def test_such_an_error_is_a_state_by_default() -> None:
     assert "gyro g-sensitivity" in states(scenario)
     assert any(line.split()[:4] == ["gyro", "g-sensitivity", "a", "state"] for line in choice(scenario))
     assert "gyro g-sensitivity" not in states(load_scenario("mems_uav"))
+
+
+@pytest.mark.parametrize("tilted", [True, False])
+def test_large_errors_are_fed_back_without_a_remainder(tilted: bool) -> None:
+    """Readings of sensors that are wrong by percents, written out, against the compensator before and after.
+
+    The errors of the compensated readings are linear in the states to rounding, and an estimate that is wrong by
+    percents leaves exactly what it lacks, multiplied by the matrix."""
+    rng = np.random.default_rng(5)
+    names = ("gyro bias", "gyro scale", *(["gyro misalignment"] if tilted else []))
+    model = error_model(expected_errors(Imu(grade="consumer")).sigma, imu=(*names, "accelerometer bias"))
+    off, at, u = ~np.eye(3, dtype=bool), model.slices, rng.standard_normal((7, 3))
+
+    def sensors(values: dict[str, Array]) -> TriadErrors:
+        axes = np.zeros((3, 3))
+        axes[off] = values.get("gyro misalignment", np.zeros(6))
+        return TriadErrors(bias=values["gyro bias"], scale=values["gyro scale"], misalignment=axes)
+
+    def left(known: Array) -> tuple[Array, Array]:
+        """Return the states, and what the compensator leaves of the readings' errors less what they say."""
+        values = {block.name: known[at[block.name]] for block in model.blocks[3:]}
+        x = np.zeros(model.size)
+        for name, error in remaining(model, true, values).items():
+            x[at[name]] = error
+        got = compensate(ImuData(np.arange(8.0), reading, np.zeros((7, 3))), ImuErrors(gyro=sensors(values))).dtheta
+        return x, got - u - reading_error(model, "gyro", got, got) @ x
+
+    true = {name: 0.03 * rng.standard_normal(model.slices[name].stop - model.slices[name].start) for name in names}
+    errors = sensors(true)
+    reading = (1.0 + errors.scale) * (u @ (np.eye(3) + errors.misalignment).T) + errors.bias
+    known = np.zeros(model.size)
+    for name in names:
+        known[at[name]] = 0.02 * rng.standard_normal(true[name].size)
+    before, rest = left(known)
+    assert np.abs(rest).max() < 1e-15
+    assert np.abs(before).max() > 0.02
+    fed = np.zeros(model.size)
+    for name in names:
+        fed[at[name]] = before[at[name]] + 0.01 * rng.standard_normal(true[name].size)
+    new, turn = calibrated(model, known, fed)
+    assert turn is not None
+    after, rest = left(new)
+    assert np.abs(rest).max() < 1e-15
+    np.testing.assert_allclose(after, turn @ (before - fed), atol=1e-15)
+    np.testing.assert_allclose(left(calibrated(model, known, before)[0])[0], 0.0, atol=1e-15)
+
+
+def test_what_no_sensor_is_wrong_by_is_fed_back_as_a_difference() -> None:
+    """An estimate of a scale factor of a half: 1 − X̂ may have no inverse."""
+    model = error_model(expected_errors(Imu(grade="consumer")).sigma, imu=("gyro bias", "gyro scale"))
+    fed = np.zeros(model.size)
+    fed[model.slices["gyro scale"]] = 0.5
+    known, turn = calibrated(model, fed, fed)
+    assert turn is None
+    np.testing.assert_array_equal(known[model.slices["gyro scale"]], 1.0)

@@ -185,3 +185,31 @@ def test_innovation_whose_covariance_is_singular_has_no_square() -> None:
     found = ErrorFilter(np.eye(2)).innovation(twice, np.zeros((2, 2)))
     assert np.isnan(found.nis)
     np.testing.assert_array_equal(found.value, [1.0, 2.0])
+
+
+def test_a_velocity_of_zero_says_nothing_about_the_heading() -> None:
+    """A block that moves at 3 m/s by its navigation and stands: if its heading is wrong by ψ, then its velocity too is
+    turned by ψ, and zero is zero in any direction.
+
+    By hand: with the velocity's error v × φ and one of 1σ = 2 m/s of its own, a reading of unit variance leaves
+    1/(1/4 + 1) m²/s² and the heading unknown as before, and the velocity that is left does not depend on it."""
+    v, sigma = np.array([3.0, 0.0, 0.0]), 0.2
+    turned = np.eye(9)
+    turned[3:6, 6:9] = [[0.0, 0.0, 0.0], [0.0, 0.0, -3.0], [0.0, 3.0, 0.0]]  # v × φ
+    own = np.diag([1.0, 1.0, 1.0, 4.0, 4.0, 4.0, 0.0, 0.0, sigma**2])
+    h = np.zeros((3, 9))
+    h[:, 3:6] = np.eye(3)
+    found = ErrorFilter(turned @ own @ turned.T)
+    seen = reading(v, h)._replace(still=v)
+    np.testing.assert_allclose(found.innovation(seen, np.eye(3)).covariance, 5.0 * np.eye(3), atol=1e-12)
+    moved = found.update(seen, np.eye(3))
+    assert moved is not None
+    p = found.covariance
+    assert p[8, 8] == pytest.approx(sigma**2)
+    np.testing.assert_allclose(found.x[3:6], 0.8 * v)
+    # the heading turns what is left of the velocity, 0.6 m/s
+    np.testing.assert_allclose(p[3:6, 8], [0.0, -0.6 * sigma**2, 0.0], atol=1e-12)
+    np.testing.assert_allclose(p[3:6, 3:6], 0.8 * np.eye(3) + np.diag([0.0, 0.36 * sigma**2, 0.0]), atol=1e-12)
+    naive = ErrorFilter(turned @ own @ turned.T)
+    naive.update(reading(v, h), np.eye(3))
+    assert naive.covariance[8, 8] < 0.95 * sigma**2

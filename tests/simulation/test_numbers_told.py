@@ -96,9 +96,9 @@ def test_what_a_filter_lacks_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
     large = noisy(gyro_scale_sigma_ppm=4e4, gyro_misalignment_sigma_arcsec=math.degrees(0.01) * 3600.0)
     times = (0.04**2 + 2.0 * 0.01**2) * 0.5 / N
     assert list(hints(large)) == [
-        "The errors of the gyros are too large for a linear filter: the squares of scale factors (4e+04 ppm) and "
-        f"misalignments (10 mrad), which no state describes, make up to {times:.2g} times their noise over the run. "
-        "Calibrate the sensors beforehand ([compensation])."
+        "The errors of the gyros are too large for a linear filter: products of scale factors (4e+04 ppm) and "
+        "misalignments (10 mrad) with the attitude errors that such errors cause in turns, which no state describes, "
+        f"make up to {times:.2g} times their noise over the run. Calibrate the sensors beforehand ([compensation])."
     ]
     for share, count in ((0.99, 0), (1.01, 1)):
         ppm = math.sqrt(3.0 * share * NA / 30.0) * 1e6

@@ -385,6 +385,7 @@ class ZeroVelocity(Standstill):
             compare=_of_block,
             rounding="accelerometers",
             turns_with_north=False,
+            zero=True,
             velocities=3,
         ),
     )
