@@ -54,6 +54,7 @@ Scale = Sequence[tuple[str, float, float]]
 
 LENGTH_SCALE: Scale = (("mm", 1e-3, 0.5), ("m", 1.0, 1e5), ("km", 1e3, math.inf))
 HEIGHT_SCALE: Scale = (("mm", 1e-3, 0.5), ("m", 1.0, math.inf))
+ALTITUDE_SCALE: Scale = (("m", 1.0, 2e4), ("km", 1e3, math.inf))
 SPEED_SCALE: Scale = (("mm/s", 1e-3, 0.05), ("m/s", 1.0, math.inf))
 ANGLE_SCALE: Scale = (
     ("arcsec", ARCSEC, ARCMIN),

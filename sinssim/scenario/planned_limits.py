@@ -125,6 +125,7 @@ def expected_duration(scenario: Tables) -> float:
     return lasts
 
 
+_LATE = 1.2  # time of a release over the planned duration of a flight, which is right to some percent
 _SLACK = 1.03  # what exceeds the envelope by less than this is not refused: it is interpolated
 _HEIGHTS = 12  # heights of a climb at which it is judged
 
@@ -145,8 +146,15 @@ def check_limits(scenario: Tables) -> None:
 
 
 def limit_notes(scenario: Tables) -> Iterator[str]:
-    """Yield a note on each leg that will be flown otherwise than it is written."""
+    """Yield a note on each leg that will be flown otherwise than it is written, and on a release after the flight."""
     yield from (finding.text for finding in findings(scenario) if not finding.refused)
+    if scenario.drop is not None and scenario.flight is not None:
+        lasts, release = scenario.flight.duration(scenario.truth), scenario.drop.release_s
+        if release > _LATE * lasts:
+            yield (
+                f"drop.release_s = {release:g} is after the flight, which lasts about {lasts:.0f} s by its plan; the "
+                "run will refuse it. Release earlier, or let it fly longer."
+            )
 
 
 def warn_of_limits(*scenarios: Tables) -> None:

@@ -21,7 +21,7 @@ from sinssim.scenario.plan_summary import field_words, given, leg_words, named_p
 from sinssim.truth.flight.flight_plan import PlannedPath, planned_path
 from sinssim.truth.sampling import Channel
 from sinssim.truth.trajectory import Trajectory
-from sinssim.units import DEG, duration_words, fixed
+from sinssim.units import ALTITUDE_SCALE, DEG, duration_words, fixed, suiting
 
 if TYPE_CHECKING:
     from sinssim.simulation.truth_and_sensors import Truth
@@ -83,13 +83,13 @@ def motion_facts(scenario: Scenario, truth: Truth) -> Table:
     """Return what a motion is in a few numbers, and its source."""
     trajectory, state = truth.trajectory, truth.state
     roll, pitch, _ = (angle / DEG for angle in rotation.euler_from_quaternion(state.q_nb))
-    speed = ground_speed(state)
+    speed, (unit, size) = ground_speed(state), suiting(ALTITUDE_SCALE, state.height)
     facts = [
         ("duration", duration_words(float(truth.time[-1] - truth.time[0]))),
         ("distance over ground (∫ ground speed dt)", distance_text(truth.time, speed)),
         ("start", place_text(state, 0)),
         ("end", place_text(state, -1)),
-        ("height above the ellipsoid", between_text(state.height, 1, "m")),
+        ("height above the ellipsoid", between_text(state.height / size, 1 if size == 1.0 else 3, unit)),
         ("ground speed", between_text(speed, 1, "m/s")),
         ("vertical speed, up", between_text(-state.velocity_ned[:, 2], 1, "m/s")),
         ("roll", between_text(roll, 1, "°")),
@@ -122,7 +122,7 @@ def motion_charts(
     """Yield height, speed and attitude at (N,) s; `angles` is the range of the heading, or "continuous"."""
     roll, pitch, heading = rotation.euler_from_quaternion(state.q_nb)
     x, degrees_ = over((float(time[0]), float(time[-1]))), fixed("deg", DEG)
-    metres, speeds = Axis(units=fixed("m"), least=1e-3), Axis(units=fixed("m/s"), least=1e-3)
+    above, speeds = Axis(units=ALTITUDE_SCALE, least=1e-3), Axis(units=fixed("m/s"), least=1e-3)
     ground = [Line(label="ground speed", x=time, y=ground_speed(state), color="y")]
     if airspeed is not None and airspeed.values.ndim == 1 and len(airspeed.time) > 1:
         ground.append(Line(label="true airspeed", x=airspeed.time, y=airspeed.values, color="x", dash="--"))
@@ -140,7 +140,7 @@ def motion_charts(
         return Chart(key=f"flight/{key}", title=title, x=x, y=y, marks=(*marks, *lines))
 
     yield Charts("motion", (
-        (chart("height", "Height above the ellipsoid", metres, Line(label="height", x=time, y=state.height, color="y")),
+        (chart("height", "Height above the ellipsoid", above, Line(label="height", x=time, y=state.height, color="y")),
          chart("speed", "Speed", speeds, *ground)),
         (chart("roll_pitch", "Roll and pitch", leaning,
                Line(label="roll", x=time, y=roll, color="x", turn=2.0 * np.pi),

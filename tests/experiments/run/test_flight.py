@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -152,3 +153,10 @@ def test_the_map_has_every_track(monkeypatch: pytest.MonkeyPatch) -> None:
     report.motion_map(scenario, WGS84, truth, [])
     assert [track.color for track in seen[1][0][0]] == ["truth"]
     assert seen[1][1]["outages"] == ()
+
+
+@pytest.mark.parametrize(("highest", "unit"), [(20_000.0, "m"), (20_001.0, "km")])
+def test_heights_beyond_20_km_are_in_km(highest: float, unit: str) -> None:
+    heights = np.array([0.0, 100.0, highest, 50.0])
+    height, *_ = plots(list(report.motion_charts(TIME, replace(motion(), height=heights), [], None)))
+    height.shows("Height above the ellipsoid", unit, ("height", GREEN, TIME, heights / {"m": 1.0, "km": 1e3}[unit]))

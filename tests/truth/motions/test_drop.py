@@ -14,7 +14,7 @@ import sinssim
 from sinssim.errors import InputError
 from sinssim.rotation.quaternions import euler_from_quaternion
 from sinssim.scenario import Scenario, load_scenario
-from sinssim.scenario.planned_limits import expected_duration
+from sinssim.scenario.planned_limits import expected_duration, limit_notes
 from sinssim.scenario.true_motion import fly
 from sinssim.truth.atmosphere import density
 from sinssim.truth.motions.drop import Drop, Released
@@ -226,3 +226,14 @@ def test_a_release_after_the_flight_is_refused() -> None:
         InputError, match=r"drop\.release_s = 41 is after the motion of the carrier, which ends after 40 s"
     ):
         Released(carrier, Drop(release_s=41.0), np.array([1.0, 0.0, 0.0, 0.0]))
+
+
+def test_a_release_after_the_flight_is_noted_before_it_is_flown() -> None:
+    scenario = load_scenario("bomb_drop")
+    assert scenario.flight is not None
+    assert not list(limit_notes(scenario))
+    lasts = scenario.flight.duration(scenario.truth)
+    (note,) = limit_notes(load_scenario("bomb_drop", [f"drop.release_s={1.3 * lasts}"]))
+    assert note.startswith(
+        f"drop.release_s = {1.3 * lasts:g} is after the flight, which lasts about {lasts:.0f} s by its"
+    )
