@@ -220,50 +220,25 @@ Q_FRD_FLU = np.array([0.0, 1.0, 0.0, 0.0])
 
 
 def swapped(v: Array) -> Array:
-    """Return vectors from north-east-down in east-north-up, from forward-right-down in right-front-up, or reverse.
-
-    Args:
-        v: (N, 3).
-
-    Returns:
-        (N, 3): second component, first, minus third.
-    """
+    """Return vectors, (N, 3), from north-east-down in east-north-up, from forward-right-down in right-front-up, or
+    reverse: second component, first, minus third."""
     return np.column_stack((v[:, 1], v[:, 0], -v[:, 2]))
 
 
 def flipped(v: Array) -> Array:
-    """Return vectors from forward-right-down in forward-left-up, or the reverse.
-
-    Args:
-        v: (N, 3).
-
-    Returns:
-        (N, 3): the first component, minus the second, minus the third.
-    """
+    """Return vectors, (N, 3), from forward-right-down in forward-left-up, or the reverse: the first component, minus
+    the second, minus the third."""
     return np.asarray(v * np.array([1.0, -1.0, -1.0]))
 
 
 def q_enu_flu(q_nb: Array) -> Array:
-    """Return the attitude of ROS (REP 103): from forward-left-up to east-north-up.
-
-    Args:
-        q_nb: from forward-right-down to north-east-down, scalar first, (N, 4).
-
-    Returns:
-        (N, 4), scalar first.
-    """
+    """Return the attitude of ROS (REP 103), from forward-left-up to east-north-up, from q_nb, scalar first, (N, 4)
+    each."""
     return rotation.multiply(rotation.multiply(Q_ENU_NED, q_nb), Q_FRD_FLU)
 
 
 def q_nb_from_enu_flu(q: Array) -> Array:
-    """Return the attitude from that of ROS; reverse of `q_enu_flu`.
-
-    Args:
-        q: from forward-left-up to east-north-up, scalar first, (N, 4).
-
-    Returns:
-        (N, 4), scalar first.
-    """
+    """Return q_nb from the attitude of ROS, scalar first, (N, 4) each; reverse of `q_enu_flu`."""
     return rotation.multiply(rotation.multiply(Q_ENU_NED, q), Q_FRD_FLU)
 
 
@@ -274,40 +249,21 @@ def _enu_axes(latitude: float, longitude: float) -> Array:
 
 
 def enu_about(origin: tuple[float, float, float], latitude: Array, longitude: Array, height: Array) -> Array:
-    """Return positions in the plane axes east, north, up at an origin: (N, 3) m.
-
-    Args:
-        origin: latitude, longitude, rad, and height, m.
-        latitude, longitude: (N,) rad.
-        height: (N,) m.
-    """
+    """Return positions, (N,) rad and m, in the plane axes east, north, up at an origin, (N, 3) m, of given latitude,
+    longitude, rad, and height, m."""
     difference = geodetic_to_ecef(latitude, longitude, height) - geodetic_to_ecef(*origin)
     return difference @ _enu_axes(*origin[:2]).T
 
 
 def geodetic_about(origin: tuple[float, float, float], enu: Array) -> tuple[Array, Array, Array]:
-    """Return the geodetic coordinates of positions in plane axes; reverse of `enu_about`.
-
-    Args:
-        origin: latitude, longitude, rad, and height, m.
-        enu: east, north, up, (N, 3) m.
-
-    Returns:
-        Latitude, longitude, (N,) rad each, and height, (N,) m.
-    """
+    """Return latitude, longitude, (N,) rad each, and height, (N,) m, of positions in plane axes, (N, 3) m; reverse of
+    `enu_about`."""
     return ecef_to_geodetic(enu @ _enu_axes(*origin[:2]) + geodetic_to_ecef(*origin))
 
 
 def level_turn(origin: tuple[float, float, float], latitude: Array, longitude: Array) -> Array:
-    """Return the rotation from the local level of each place to the plane axes of an origin.
-
-    Args:
-        origin: latitude, longitude, rad, and height, m.
-        latitude, longitude: (N,) rad.
-
-    Returns:
-        Quaternions from east-north-up at the place to east-north-up at the origin, scalar first, (N, 4).
-    """
+    """Return the rotation from the local level of each place, (N,) rad, to the plane axes of an origin: quaternions
+    from east-north-up at the place to east-north-up at the origin, scalar first, (N, 4)."""
     q_en_here, q_en_origin = q_en(latitude, longitude), q_en(*origin[:2])
     ned = rotation.multiply(rotation.conjugate(q_en_origin), q_en_here)
     return rotation.multiply(rotation.multiply(Q_ENU_NED, ned), rotation.conjugate(Q_ENU_NED))

@@ -159,14 +159,9 @@ class StoredStreams:
         return list(parquet.read_schema(self.path(name)).names)
 
     def read(self, name: str, columns: tuple[str, ...] | list[str]) -> list[Array]:
-        """Return columns of a stream: (N,) each.
-
-        Raises:
-            OSError: there is no such stream.
-            KeyError: it has no such column.
-            InputError: errors do not follow from the files, because one was changed.
-            pyarrow.ArrowException: a file is damaged.
-        """
+        """Return columns of a stream: (N,) each. Raise OSError if there is no such stream, KeyError if it has no such
+        column, InputError if errors do not follow from the files, because one was changed, pyarrow.ArrowException if a
+        file is damaged."""
         if self.is_stored(name) or name not in self.names:
             return self._stored(name, columns)
         errors = dict(zip(ERROR_COLUMNS, self._errors(name.removeprefix("error_")), strict=True))

@@ -202,19 +202,11 @@ _SERIES = 0.02  # T/τ below which the truncated power series are exact to round
 
 @strict_kernel
 def gauss_markov(interval: Array, correlation_time: float, white: Array) -> Array:
-    """Convert white noise to a stationary process of the same variance with an exponential autocorrelation.
-
-    The step is exact for any interval: b ← d b + √(1 − d²) w with d = exp(−T/τ) (Brown and Hwang, Introduction to
-    Random Signals and Applied Kalman Filtering, section 5.3). The first value has the stationary variance.
-
-    Args:
-        interval: lengths of the intervals, (N,) s.
-        correlation_time: τ, s.
-        white: independent normal numbers with the process's standard deviation, (N+1,).
-
-    Returns:
-        The process at the edges of the intervals, (N+1,).
-    """
+    """Convert white noise, independent normal numbers with the process's standard deviation, (N+1,), to a stationary
+    process of the same variance with an exponential autocorrelation of a time τ, s, at the edges of intervals of given
+    lengths, (N,) s: (N+1,). The step is exact for any interval: b ← d b + √(1 − d²) w with d = exp(−T/τ) (Brown and
+    Hwang, Introduction to Random Signals and Applied Kalman Filtering, section 5.3). The first value has the stationary
+    variance."""
     process = np.empty_like(white)
     value = white[0]
     process[0] = value

@@ -184,13 +184,8 @@ def advance(active: int, c: Array, t0: float, t1: float) -> None:
 
 @strict_kernel
 def draw_sample(active: int, z: Array, k: int, key_0: Words, key_1: Words) -> None:
-    """Draw the normal numbers of one sample of all runs, several at a time where the processor has vector units.
-
-    Args:
-        z: (4, 6, R), written.
-        k: number of the sample, from 0.
-        key_0, key_1: keys of the runs' seeds, (R,).
-    """
+    """Draw the normal numbers of sample k of all runs, from 0, by the keys of the runs' seeds, (R,), into z, (4, 6, R),
+    several at a time where the processor has vector units."""
     for n in range(4):
         if active & NOISES[n]:
             for axis in range(3):
@@ -395,13 +390,8 @@ def measure(
 
 @strict_kernel
 def draw_block(active: int, z: Array, first: int, size: int, key_0: np.uint64, key_1: np.uint64) -> None:
-    """Draw the normal numbers of consecutive samples of one run, for the processor's vector units.
-
-    Args:
-        z: (4, 6, J), the first `size` columns are written.
-        first: number of the first sample, from 0.
-        key_0, key_1: key of the run's seed.
-    """
+    """Draw the normal numbers of consecutive samples of one run, from number `first` on, by the key of the run's seed,
+    into the first `size` columns of z, (4, 6, J), for the processor's vector units."""
     for n in range(4):
         if active & NOISES[n]:
             for axis in range(3):
@@ -415,15 +405,9 @@ def measure_all(
     of: Packed, key_0: np.uint64, key_1: np.uint64, time: Array, dtheta: Array, dvel: Array,
     gyro: Array, accel: Array, flags: NDArray[np.uint8],
 ) -> None:  # fmt: skip
-    """Convert all samples of one run to the output of its sensors; the conditions are advanced.
-
-    Args:
-        key_0, key_1: key of the run's seed.
-        time: edges of the intervals, (N+1,) s.
-        dtheta, dvel: ideal increments, (N, 3) rad and m/s.
-        gyro, accel: measured increments, (N, 3), written.
-        flags: flags of the channels, (N, 6), written if the sensors can set any; else (0, 6).
-    """
+    """Convert all samples of one run, with the edges `time`, (N+1,) s, and ideal increments, (N, 3) rad and m/s, to the
+    output of its sensors, `gyro` and `accel`, (N, 3), by the key of the run's seed; the conditions are advanced. The
+    flags of the channels, (N, 6), are written if the sensors can set any; else they are (0, 6)."""
     _, active, p, c, faults = of  # once: each attribute in the loop would count references to its arrays
     count = len(dtheta)
     z = np.empty((4, 6, _BLOCK))
