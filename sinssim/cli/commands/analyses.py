@@ -32,6 +32,7 @@ from sinssim.cli.command_line import (
     record_option,
     with_grade,
 )
+from sinssim.errors import InputError
 from sinssim.progress import shown
 
 if TYPE_CHECKING:
@@ -346,8 +347,6 @@ def inspect(
 
 def _check_out(out: Path, overwrite: bool) -> None:
     """Raise if the suggested scenario cannot be written to a file."""
-    from sinssim.errors import InputError
-
     if out.suffix != ".toml":
         raise InputError(f"--out {out}: a scenario's file ends with .toml.")
     if out.exists() and not overwrite:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import math
 import sys
 from collections.abc import Mapping
@@ -12,7 +13,9 @@ from typing import Annotated, Literal
 import typer
 
 from sinssim.cli.command_line import Debug, Json, Quiet, command, console, has_bars, print_json
-from sinssim.errors import SinssimError
+from sinssim.errors import SinssimError, check_name
+from sinssim.progress import shown
+from sinssim.system.registries import described
 
 
 class Listing(StrEnum):
@@ -51,7 +54,13 @@ def list_(
 
         sinssim list grades
     """
-    names = names_of(kind)
+    _print_names(names_of(kind), as_json=as_json)
+    if kind is Listing.GRADES and not as_json:
+        print("Explanation of a grade, term by term: sinssim sensors GRADE", file=sys.stderr)
+
+
+def _print_names(names: Mapping[str, str], *, as_json: bool = False) -> None:
+    """Print names, each with its sentence."""
     if as_json:
         print_json(names)
         return
@@ -59,8 +68,6 @@ def list_(
     for name, sentence in names.items():
         print(f"{name:<{width}}  {sentence}".rstrip())
     sys.stdout.flush()  # an error of standard output is then the last line
-    if kind is Listing.GRADES:
-        print("Explanation of a grade, term by term: sinssim sensors GRADE", file=sys.stderr)
 
 
 def names_of(kind: Listing) -> Mapping[str, str]:
@@ -68,27 +75,22 @@ def names_of(kind: Listing) -> Mapping[str, str]:
     match kind:
         case Listing.FORMATS:
             from sinssim.logs.formats import FORMATS
-            from sinssim.system.registries import described
 
             return {**{name: entry.sentence for name, entry in FORMATS.shipped.items()}, **described("formats")}
         case Listing.EXPORTS:
             from sinssim.logs.formats import WRITERS
-            from sinssim.system.registries import described
 
             return {**{name: entry.sentence for name, entry in WRITERS.shipped.items()}, **described("writers")}
         case Listing.ALGORITHMS:
             from sinssim.strapdown.attitude import SCENARIO_ALGORITHMS
-            from sinssim.system.registries import described
 
             return {**SCENARIO_ALGORITHMS, **described("algorithms")}
         case Listing.FRAMES:
             from sinssim.strapdown.frames import FRAMES
-            from sinssim.system.registries import described
 
             return {**FRAMES, **described("frames")}
         case Listing.FILTERS:
             from sinssim.estimation import KINDS
-            from sinssim.system.registries import described
 
             return {**KINDS, **described("filters")}
         case Listing.GRAVITY:
@@ -113,7 +115,6 @@ def names_of(kind: Listing) -> Mapping[str, str]:
             return BLOCKS_OF_STATES
         case Listing.AIDING:
             from sinssim.scenario.filter_section import describe_sensors
-            from sinssim.system.registries import described
 
             return {**describe_sensors(), **described("aiding")}
         case Listing.VIEWS:
@@ -147,8 +148,6 @@ def _description(file: Path) -> str:
 
 def _first_sentence(file: Path) -> str:
     """Return the first line of a Python file's docstring, without running the file."""
-    import ast
-
     try:
         return (ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or "").split("\n")[0]
     except (OSError, ValueError, SyntaxError) as error:
@@ -229,7 +228,6 @@ def new(
         sinssim new navigator my_navigator --language c
     """
     from sinssim.content import LANGUAGES, new_navigator, new_project
-    from sinssim.errors import check_name
 
     *what, folder = paths
     if what not in ([], ["navigator"]) or bool(what) != (language is not None):
@@ -295,7 +293,9 @@ def aircraft(
     if task is Task.LIST:
         if model is not None:
             raise typer.BadParameter("write `aircraft list` without a name")
-        _list(as_json=as_json)
+        from sinssim.truth.aircraft_design.model_survey import described_models
+
+        _print_names(described_models(), as_json=as_json)
         return
     if model is None:
         raise typer.BadParameter(f"write `aircraft {task} {'MODEL' if task is Task.ADD else 'NAME'}`")
@@ -313,22 +313,8 @@ def aircraft(
         show_items(acceptance_items(model, height, errors), console())
 
 
-def _list(*, as_json: bool) -> None:
-    """Print the models of JSBSim's package."""
-    from sinssim.truth.aircraft_design.model_survey import described_models
-
-    names = described_models()
-    if as_json:
-        print_json(names)
-        return
-    width = max(len(name) for name in names)
-    for name, sentence in names.items():
-        print(f"{name:<{width}}  {sentence}")
-
-
 def _add(model: str, folder: Path | None, out: Path, *, quiet: bool, as_json: bool) -> None:
     """Design an aircraft and write its folder."""
-    from sinssim.progress import shown
     from sinssim.recording.console import show_items
     from sinssim.truth.aircraft_design.acceptance_flight import acceptance_items, acceptance_numbers
     from sinssim.truth.aircraft_design.aircraft_file import check_place, write_aircraft

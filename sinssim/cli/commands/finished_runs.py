@@ -6,6 +6,7 @@ The workbench is a page that edits scenarios, starts commands and shows their re
 from __future__ import annotations
 
 import math
+import os
 import sys
 from contextlib import ExitStack
 from functools import partial
@@ -30,6 +31,7 @@ from sinssim.cli.command_line import (
     start_option,
     starts_programs,
 )
+from sinssim.errors import InputError
 from sinssim.logs.formats import WRITERS
 
 if TYPE_CHECKING:
@@ -302,7 +304,6 @@ def score(
         sinssim score runs/mems_uav mine.csv --name mine --time-s 3.2
         sinssim score runs/mems_uav KF_GINS_Navresult.nav rtk.pos
     """
-    from sinssim.errors import InputError
     from sinssim.experiments.run.run_scores import check_names
     from sinssim.logs.formats.export_streams import date_of_run
     from sinssim.logs.solution_score import Judge
@@ -476,10 +477,8 @@ def workbench(
 
         sinssim workbench my_project
     """
-    import os
 
     from sinssim.cli.workbench_server import serve
-    from sinssim.errors import InputError
 
     try:
         os.chdir(folder)  # names and paths are then those of the commands that it starts there

@@ -32,6 +32,8 @@ from sinssim.cli.command_line import (
     starts_programs,
     with_grade,
 )
+from sinssim.errors import InputError
+from sinssim.progress import shown
 
 if TYPE_CHECKING:
     from sinssim.analyses.inspection.inspected_files import Suggestion
@@ -164,8 +166,6 @@ def run(
 @contextmanager
 def _noted(suggestion: Suggestion | None, files: list[str]) -> Iterator[None]:
     """Add to errors of a run what is left of it, and how a suggested scenario can be changed."""
-    from sinssim.errors import InputError
-
     try:
         yield
     except KeyboardInterrupt as interrupt:
@@ -204,7 +204,6 @@ def _leave_open(viewer: LiveViewer, directory: Path, tell: Callable[[str], None]
 def _suggestion(files: list[str], out: Path | None, overwrite: bool, trial: bool, bars: bool) -> Suggestion:
     """Return the scenario that recorded files suggest; a place that is taken is refused before they are read."""
     from sinssim.analyses.inspection.inspected_files import suggest
-    from sinssim.progress import shown
     from sinssim.system.files import check_place
 
     if out is not None:
@@ -257,7 +256,6 @@ def _write_suggestion(suggestion: Suggestion, folder: Path, settings: list[str])
 
 def _check_view(plan: Scenario, view: str | None, *, live: bool) -> None:
     """Raise for a view that does not exist, or of a run without a recording."""
-    from sinssim.errors import InputError
     from sinssim.scenario import find_content
 
     if view is not None and live:

@@ -32,6 +32,7 @@ from sinssim.cli.command_line import (
     threads_option,
     with_grade,
 )
+from sinssim.errors import InputError
 
 if TYPE_CHECKING:
     from sinssim.experiments.studies.study_schema import Study
@@ -317,8 +318,6 @@ def budget(
 
 def _sources(free: str | None, required: bool) -> list[str]:
     """Return the names of --free."""
-    from sinssim.errors import InputError
-
     names = [name.strip() for name in (free or "").split(",") if name.strip()]
     if free is not None and not names:
         raise InputError(

@@ -96,6 +96,7 @@ _SIGMA = (
     "1σ of the random error of the same name, added to the given one; default: that of the grade, or 0 if an error is "
     "given"
 )
+_MEASURED = "measured calibration value, which is subtracted; the next key is its uncertainty"
 
 
 class ImuKeys(ErrorTable):
@@ -241,155 +242,81 @@ class ImuKeys(ErrorTable):
 class CompensationKeys(ErrorTable):
     """The keys of the error terms that a calibration determines."""
 
-    gyro_bias_deg_h: Three | None = Field(
-        default=None, description="measured calibration value, which is subtracted; the next key is its uncertainty"
-    )
+    gyro_bias_deg_h: Three | None = Field(default=None, description=_MEASURED)
     gyro_bias_sigma_deg_h: NotNegative = Field(
         default=0.0, description="1σ of the calibration error of the gyros: turn-on biases (ω₀ and a₀ of equation (2))"
     )
-    gyro_scale_ppm: ScaleThree | None = Field(
-        default=None, description="measured calibration value, which is subtracted; the next key is its uncertainty"
-    )
+    gyro_scale_ppm: ScaleThree | None = Field(default=None, description=_MEASURED)
     gyro_scale_sigma_ppm: NotNegative = Field(
         default=0.0, description="1σ of the calibration error of the gyros: scale factors"
     )
-    gyro_misalignment_arcsec: MisalignmentSix | None = Field(
-        default=None, description="measured calibration value, which is subtracted; the next key is its uncertainty"
-    )
+    gyro_misalignment_arcsec: MisalignmentSix | None = Field(default=None, description=_MEASURED)
     gyro_misalignment_sigma_arcsec: MisalignmentSigma = Field(
         default=0.0, description="1σ of the calibration error of the gyros: misalignments"
     )
-    gyro_asymmetry_ppm: Three | None = Field(
-        default=None, description="measured calibration value, which is subtracted; the next key is its uncertainty"
-    )
+    gyro_asymmetry_ppm: Three | None = Field(default=None, description=_MEASURED)
     gyro_asymmetry_sigma_ppm: NotNegative = Field(
         default=0.0, description="1σ of the calibration error of the gyros: asymmetry"
     )
-    gyro_quadratic_ppm_per_deg_s: Three | None = Field(
-        default=None, description="measured calibration value, which is subtracted; the next key is its uncertainty"
-    )
+    gyro_quadratic_ppm_per_deg_s: Three | None = Field(default=None, description=_MEASURED)
     gyro_quadratic_sigma_ppm_per_deg_s: NotNegative = Field(
         default=0.0, description="1σ of the calibration error of the gyros: quadratic terms"
     )
-    gyro_cubic_ppm_per_deg2_s2: Three | None = Field(
-        default=None, description="measured calibration value, which is subtracted; the next key is its uncertainty"
-    )
+    gyro_cubic_ppm_per_deg2_s2: Three | None = Field(default=None, description=_MEASURED)
     gyro_cubic_sigma_ppm_per_deg2_s2: NotNegative = Field(
         default=0.0, description="1σ of the calibration error of the gyros: cubic terms"
     )
-    gyro_g_sensitivity_deg_h_per_g: Nine | None = Field(
-        default=None, description="measured calibration value, which is subtracted; the next key is its uncertainty"
-    )
+    gyro_g_sensitivity_deg_h_per_g: Nine | None = Field(default=None, description=_MEASURED)
     gyro_g_sensitivity_sigma_deg_h_per_g: NotNegative = Field(
         default=0.0, description="1σ of the calibration error of the gyros: sensitivity to g"
     )
-    gyro_bias_temperature_deg_h_per_c: Three | None = Field(
-        default=None, description="measured calibration value, which is subtracted; the next key is its uncertainty"
-    )
+    gyro_bias_temperature_deg_h_per_c: Three | None = Field(default=None, description=_MEASURED)
     gyro_bias_temperature_sigma_deg_h_per_c: NotNegative = Field(
         default=0.0,
         description="1σ of the calibration error of the gyros: biases per degree Celsius above the temperature of "
         "the calibration",
     )
-    gyro_scale_temperature_ppm_per_c: Three | None = Field(
-        default=None, description="measured calibration value, which is subtracted; the next key is its uncertainty"
-    )
+    gyro_scale_temperature_ppm_per_c: Three | None = Field(default=None, description=_MEASURED)
     gyro_scale_temperature_sigma_ppm_per_c: NotNegative = Field(
         default=0.0, description="1σ of the calibration error of the gyros: scale factors' dependence on temperature"
     )
-    accel_bias_ug: Three | None = Field(
-        default=None, description="measured calibration value, which is subtracted; the next key is its uncertainty"
-    )
+    accel_bias_ug: Three | None = Field(default=None, description=_MEASURED)
     accel_bias_sigma_ug: NotNegative = Field(
         default=0.0,
         description="1σ of the calibration error of the accelerometers: turn-on biases (ω₀ and a₀ of equation (2))",
     )
-    accel_scale_ppm: ScaleThree | None = Field(
-        default=None, description="measured calibration value, which is subtracted; the next key is its uncertainty"
-    )
+    accel_scale_ppm: ScaleThree | None = Field(default=None, description=_MEASURED)
     accel_scale_sigma_ppm: NotNegative = Field(
         default=0.0, description="1σ of the calibration error of the accelerometers: scale factors"
     )
-    accel_misalignment_arcsec: MisalignmentSix | None = Field(
-        default=None, description="measured calibration value, which is subtracted; the next key is its uncertainty"
-    )
+    accel_misalignment_arcsec: MisalignmentSix | None = Field(default=None, description=_MEASURED)
     accel_misalignment_sigma_arcsec: MisalignmentSigma = Field(
         default=0.0, description="1σ of the calibration error of the accelerometers: misalignments"
     )
-    accel_asymmetry_ppm: Three | None = Field(
-        default=None, description="measured calibration value, which is subtracted; the next key is its uncertainty"
-    )
+    accel_asymmetry_ppm: Three | None = Field(default=None, description=_MEASURED)
     accel_asymmetry_sigma_ppm: NotNegative = Field(
         default=0.0, description="1σ of the calibration error of the accelerometers: asymmetry"
     )
-    accel_quadratic_ug_per_g2: Three | None = Field(
-        default=None, description="measured calibration value, which is subtracted; the next key is its uncertainty"
-    )
+    accel_quadratic_ug_per_g2: Three | None = Field(default=None, description=_MEASURED)
     accel_quadratic_sigma_ug_per_g2: NotNegative = Field(
         default=0.0, description="1σ of the calibration error of the accelerometers: quadratic terms"
     )
-    accel_cubic_ug_per_g3: Three | None = Field(
-        default=None, description="measured calibration value, which is subtracted; the next key is its uncertainty"
-    )
+    accel_cubic_ug_per_g3: Three | None = Field(default=None, description=_MEASURED)
     accel_cubic_sigma_ug_per_g3: NotNegative = Field(
         default=0.0, description="1σ of the calibration error of the accelerometers: cubic terms"
     )
-    accel_cross_axis_ug_per_g2: Six | None = Field(
-        default=None, description="measured calibration value, which is subtracted; the next key is its uncertainty"
-    )
+    accel_cross_axis_ug_per_g2: Six | None = Field(default=None, description=_MEASURED)
     accel_cross_axis_sigma_ug_per_g2: NotNegative = Field(
         default=0.0, description="1σ of the calibration error of the accelerometers: cross-axis coupling"
     )
-    accel_bias_temperature_ug_per_c: Three | None = Field(
-        default=None, description="measured calibration value, which is subtracted; the next key is its uncertainty"
-    )
+    accel_bias_temperature_ug_per_c: Three | None = Field(default=None, description=_MEASURED)
     accel_bias_temperature_sigma_ug_per_c: NotNegative = Field(
         default=0.0,
         description="1σ of the calibration error of the accelerometers: biases per degree Celsius above the "
         "temperature of the calibration",
     )
-    accel_scale_temperature_ppm_per_c: Three | None = Field(
-        default=None, description="measured calibration value, which is subtracted; the next key is its uncertainty"
-    )
+    accel_scale_temperature_ppm_per_c: Three | None = Field(default=None, description=_MEASURED)
     accel_scale_temperature_sigma_ppm_per_c: NotNegative = Field(
         default=0.0,
         description="1σ of the calibration error of the accelerometers: scale factors' dependence on temperature",
     )
-
-
-class GradeKeys(ErrorTable):
-    """The keys of the error terms that the file of a grade may have."""
-
-    gyro_bias_sigma_deg_h: NotNegative | None = None
-    gyro_scale_sigma_ppm: NotNegative | None = None
-    gyro_misalignment_sigma_arcsec: MisalignmentSigma | None = None
-    gyro_asymmetry_sigma_ppm: NotNegative | None = None
-    gyro_quadratic_sigma_ppm_per_deg_s: NotNegative | None = None
-    gyro_cubic_sigma_ppm_per_deg2_s2: NotNegative | None = None
-    gyro_g_sensitivity_sigma_deg_h_per_g: NotNegative | None = None
-    gyro_bias_temperature_sigma_deg_h_per_c: NotNegative | None = None
-    gyro_scale_temperature_sigma_ppm_per_c: NotNegative | None = None
-    gyro_ramp_sigma_deg_h_per_h: NotNegative | None = None
-    gyro_arw_deg_sqrt_h: NotNegative | None = None
-    gyro_quantum_arcsec: NotNegative | None = None
-    gyro_instability_deg_h: NotNegative | None = None
-    gyro_correlation_time_s: Positive | None = None
-    gyro_flicker_deg_h: NotNegative | None = None
-    gyro_rrw_deg_h_sqrt_h: NotNegative | None = None
-    gyro_range_deg_s: Positive | None = None
-    accel_bias_sigma_ug: NotNegative | None = None
-    accel_scale_sigma_ppm: NotNegative | None = None
-    accel_misalignment_sigma_arcsec: MisalignmentSigma | None = None
-    accel_asymmetry_sigma_ppm: NotNegative | None = None
-    accel_quadratic_sigma_ug_per_g2: NotNegative | None = None
-    accel_cubic_sigma_ug_per_g3: NotNegative | None = None
-    accel_cross_axis_sigma_ug_per_g2: NotNegative | None = None
-    accel_bias_temperature_sigma_ug_per_c: NotNegative | None = None
-    accel_scale_temperature_sigma_ppm_per_c: NotNegative | None = None
-    accel_ramp_sigma_ug_per_h: NotNegative | None = None
-    accel_vrw_ug_sqrt_hz: NotNegative | None = None
-    accel_instability_ug: NotNegative | None = None
-    accel_correlation_time_s: Positive | None = None
-    accel_flicker_ug: NotNegative | None = None
-    accel_rrw_ug_sqrt_h: NotNegative | None = None
-    accel_range_g: Positive | None = None

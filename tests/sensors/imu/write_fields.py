@@ -51,6 +51,7 @@ _SIGMA = (
     "1σ of the random error of the same name, added to the given one; default: that of the grade, or 0 if an error is "
     "given"
 )
+_MEASURED = "measured calibration value, which is subtracted; the next key is its uncertainty"
 """
 _CONVERSION = '''
     def __post_init__(self) -> None:
@@ -89,8 +90,6 @@ def text() -> str:
     parts += _table("ImuKeys", "The keys of the error terms of a sensor block.", map(_of_block, TERMS))
     calibrated = (_of_calibration(term) for term in TERMS if term.calibrated)
     parts += _table("CompensationKeys", "The keys of the error terms that a calibration determines.", calibrated)
-    of_grades = (_of_grade(term) for term in TERMS if term.default is None)
-    parts += _table("GradeKeys", "The keys of the error terms that the file of a grade may have.", of_grades)
     return "".join(parts)
 
 
@@ -136,16 +135,9 @@ def _of_block(term: ErrorTerm) -> Iterator[str]:
 
 def _of_calibration(term: ErrorTerm) -> Iterator[str]:
     """Yield the keys of a term in [compensation]: calibrated value, and 1σ of its error."""
-    value = "measured calibration value, which is subtracted; the next key is its uncertainty"
-    yield _key(term.key, f"{_several(term)} | None", None, value)
+    yield _key(term.key, f"{_several(term)} | None", None, "_MEASURED")
     error = f"1σ of the calibration error of the {_SENSORS[term.triad]}: {term.untold or term.explanation}"
     yield _key(term.sigma_key, _NAMES[_limits(term.sigma_limits)], 0.0, error)
-
-
-def _of_grade(term: ErrorTerm) -> Iterator[str]:
-    """Yield the key of a term in the file of a grade."""
-    limits = term.sigma_limits if term.drawn else term.limits or {"ge": 0.0}
-    yield f"    {term.sigma_key if term.drawn else term.key}: {_NAMES[_limits(limits)]} | None = None\n"
 
 
 def _table(name: str, about: str, keys: Iterable[Iterable[str]]) -> Iterator[str]:
@@ -157,7 +149,7 @@ def _table(name: str, about: str, keys: Iterable[Iterable[str]]) -> Iterator[str
 def _key(name: str, kind: str, default: float | None, description: str) -> str:
     """Return a field, in the layout of ruff."""
     head, first = f"    {name}: {kind} = Field(", f"default={default}, "
-    if description != "_SIGMA":
+    if description not in ("_SIGMA", "_MEASURED"):
         description = f'"{description}"'
     whole = f"{first}description={description}"
     if len(head + whole) < _WIDTH:
