@@ -144,8 +144,7 @@ def gps_seconds(text: str) -> tuple[float, bool]:
 _DATE = re.compile(
     r"\"?(?:(\d{4})[-/](\d{1,2})[-/](\d{1,2})[ T])?(\d{1,2}):(\d{2}):(\d{2})(?:[.,](\d+))? ?(Z|UTC|[+-]\d\d:?\d\d)?\"?"
 )
-_EPOCH = datetime(1980, 1, 6)
-_DAY = 86_400
+_ORIGIN = datetime(1980, 1, 6)
 
 
 def is_date(text: str) -> bool:
@@ -172,7 +171,7 @@ def date_seconds(texts: Sequence[str | None]) -> tuple[Array, Clock | None]:
             key = (year, month, day)
             if key not in days:
                 days[key] = _days(*key)
-            at += _DAY * days[key]
+            at += DAY * days[key]
         if zone is not None:
             zoned = True
             if zone[0] in "+-":
@@ -184,7 +183,7 @@ def date_seconds(texts: Sequence[str | None]) -> tuple[Array, Clock | None]:
         return seconds, None
     if not dated:  # a time of day that falls by more than half a day is that of the next day
         steps = np.diff(seconds[known])
-        seconds[known] += _DAY * np.concatenate([[0.0], np.cumsum(steps < -0.5 * _DAY)])
+        seconds[known] += DAY * np.concatenate([[0.0], np.cumsum(steps < -0.5 * DAY)])
         return seconds + parts, None
     first = int(seconds[known][0])
     clock = Clock("machine", first, "dates without a time scale")
@@ -195,12 +194,9 @@ def date_seconds(texts: Sequence[str | None]) -> tuple[Array, Clock | None]:
 
 def _days(year: str, month: str, day: str) -> int:
     try:
-        return (datetime(int(year), int(month), int(day)) - _EPOCH).days
+        return (datetime(int(year), int(month), int(day)) - _ORIGIN).days
     except ValueError as error:
         raise InputError(f'"{year}-{month}-{day}" is not a date: {error}.') from error
-
-
-_ORIGIN = datetime(1980, 1, 6)
 
 
 @dataclass(frozen=True)
@@ -270,8 +266,6 @@ def offset(clock: FileClock, other: FileClock, name: str, first: float) -> float
 
 def date_of(zero: Instant) -> str:
     """Return an instant as text, for example "2025-07-08 19:34:21.723 GPST"."""
-    from datetime import timedelta
-
     at = _ORIGIN + timedelta(seconds=zero.seconds, milliseconds=round(1e3 * zero.fraction))
     return f"{at:%Y-%m-%d %H:%M:%S}.{at.microsecond // 1000:03d} GPST"
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 import warnings
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -210,17 +210,22 @@ def _fixes_of_rows(positions: list[Row], velocities: list[Row], week: int) -> di
         if given is not None:
             north, east = given[0] * math.cos(given[1] * DEG), given[0] * math.sin(given[1] * DEG)
             velocity[k] = north, east, -given[2]
-    quality = np.array([TYPES.get(row[3][1], _OTHER) for row in positions], dtype=np.int64)
+    types = [TYPES.get(row[3][1], _OTHER) for row in positions]
+    return _gnss(_time_of_rows(positions, week), place, sigma, velocity, types)
+
+
+def _gnss(time: Array, place: Array, sigma: Array, velocity: Array, types: list[int]) -> dict[str, FixStream]:
+    """Return fixes from latitudes, longitudes, heights and undulations, (M, 4), in degrees and m."""
     stream = FixStream(
-        time=_time_of_rows(positions, week),
+        time=time,
         latitude=place[:, 0] * DEG,
         longitude=place[:, 1] * DEG,
         height=place[:, 2] + place[:, 3],
         datum="ellipsoid",
         position_sigma=sigma,
         velocity_ned=velocity if np.isfinite(velocity).any() else None,
-        quality=quality,
-        quality_words={code: WORDS.get(code, f"type {code}") for code in sorted(set(quality.tolist()))},
+        quality=np.array(types, dtype=np.int64),
+        quality_words={code: WORDS.get(code, f"type {code}") for code in sorted(set(types))},
     )
     return {"gnss": stream}
 
@@ -236,14 +241,22 @@ def _solution(name: str, rows: list[Row], week: int) -> dict[str, SolutionStream
     rest = values[:, 4:] if extended else values[:, 3:]
     time = _time_of_rows(rows, week)
     sigma = np.array([_numbers(row, 12, 9) for row in rows]) if extended else None
+    return _solved(time, np.column_stack((values[:, :2], height)), rest[:, :3], rest[:, 3:6], sigma)
+
+
+def _solved(
+    time: Array, place: Array, velocity: Array, angles: Array, sigma: Array | None
+) -> dict[str, SolutionStream]:
+    """Return a solution from latitudes, longitudes and heights, velocities north, east, up, and roll, pitch and
+    heading, (M, 3) each, in degrees, m and m/s, and their 1σ, (M, 9)."""
     stream = SolutionStream(
         time=time,
-        latitude=values[:, 0] * DEG,
-        longitude=values[:, 1] * DEG,
-        height=height,
+        latitude=place[:, 0] * DEG,
+        longitude=place[:, 1] * DEG,
+        height=place[:, 2],
         datum="ellipsoid",
-        velocity_ned=rest[:, :3] * np.array([1.0, 1.0, -1.0]),
-        q_nb=rotation.quaternion_from_euler(*(rest[:, 3:6] * DEG).T),
+        velocity_ned=velocity * np.array([1.0, 1.0, -1.0]),
+        q_nb=rotation.quaternion_from_euler(*(angles * DEG).T),
         position_sigma=None if sigma is None else sigma[:, :3],
         velocity_sigma=None if sigma is None else sigma[:, 3:6],
         attitude_sigma=None if sigma is None else sigma[:, 6:9] * DEG,
@@ -251,6 +264,10 @@ def _solution(name: str, rows: list[Row], week: int) -> dict[str, SolutionStream
     return {"solution": stream}
 
 
+_POSITION_SIGMA = ("latitude_std_dev", "longitude_std_dev", "height_std_dev")
+_OTHER_SIGMA = (
+    "north_vel_std_dev", "east_vel_std_dev", "up_vel_std_dev", "roll_std_dev", "pitch_std_dev", "azimuth_std_dev",
+)  # fmt: skip
 _WANTED = ("RAWIMUSX", "BESTPOS", "BESTVEL", "INSPVAX")
 
 
@@ -272,7 +289,7 @@ def read(path: Path) -> Streams:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            for message in _messages(oem, path):
+            for message in filter(lambda entry: isinstance(entry, oem.Message), oem.FileParser(str(path))):
                 name = message.name.removesuffix("A").removesuffix("B")
                 if name in decoded:
                     decoded[name].append((message.header, message))
@@ -290,13 +307,6 @@ def read(path: Path) -> Streams:
         raise InputError(f"{path} contains no usable measurement. {' '.join(notes)}".rstrip())
     clock = Clock("gps", week * WEEK if week else None, f"seconds of the GPS week {week}")
     return Streams(path, "novatel", clock, inertial, fixes, solutions, notes=tuple(notes))
-
-
-def _messages(oem: Any, path: Path) -> Iterator[Any]:
-    """Yield the decoded messages."""
-    for message in oem.FileParser(str(path)):
-        if isinstance(message, oem.Message):
-            yield message
 
 
 def _time(messages: list[tuple[Any, Any]], week: int) -> Array:
@@ -332,47 +342,26 @@ def _fixes(positions: list[tuple[Any, Any]], velocities: list[tuple[Any, Any]], 
         if v is not None:
             track = v.ground_track * DEG
             velocity[k] = v.horizontal_speed * math.cos(track), v.horizontal_speed * math.sin(track), -v.z
-    quality = np.array([int(m.position_type) for _, m in positions], dtype=np.int64)
-    stream = FixStream(
-        time=_time(positions, week),
-        latitude=np.array([m.latitude for _, m in positions]) * DEG,
-        longitude=np.array([m.longitude for _, m in positions]) * DEG,
-        height=np.array([m.orthometric_height + m.undulation for _, m in positions]),
-        datum="ellipsoid",
-        position_sigma=np.array(
-            [(m.latitude_std_dev, m.longitude_std_dev, m.height_std_dev) for _, m in positions], dtype=np.float64
-        ),
-        velocity_ned=velocity if np.isfinite(velocity).any() else None,
-        quality=quality,
-        quality_words={code: WORDS.get(code, f"type {code}") for code in sorted(set(quality.tolist()))},
-    )
-    return {"gnss": stream}
+    place = _columns(positions, "latitude", "longitude", "orthometric_height", "undulation")
+    sigma = _columns(positions, *_POSITION_SIGMA)
+    return _gnss(_time(positions, week), place, sigma, velocity, [int(m.position_type) for _, m in positions])
+
+
+def _columns(messages: list[tuple[Any, Any]], *names: str) -> Array:
+    return np.array([[getattr(m, name) for name in names] for _, m in messages], dtype=np.float64)
 
 
 def _solutions(messages: list[tuple[Any, Any]], week: int) -> dict[str, SolutionStream]:
     """Return the solution of the receiver's inertial navigator."""
     if not messages:
         return {}
-
-    def rows(*names: str) -> Array:
-        return np.array([[getattr(m, name) for name in names] for _, m in messages], dtype=np.float64)
-
     height = "orthometric_height" if hasattr(messages[0][1], "orthometric_height") else "height"
-    place = rows("latitude", "longitude", height, "undulation")
-    up = np.array([1.0, 1.0, -1.0])
-    stream = SolutionStream(
-        time=_time(messages, week),
-        latitude=place[:, 0] * DEG,
-        longitude=place[:, 1] * DEG,
-        height=place[:, 2] + place[:, 3],
-        datum="ellipsoid",
-        velocity_ned=rows("north_vel", "east_vel", "up_vel") * up,
-        q_nb=rotation.quaternion_from_euler(*(rows("roll", "pitch", "azimuth") * DEG).T),
-        position_sigma=rows("latitude_std_dev", "longitude_std_dev", "height_std_dev"),
-        velocity_sigma=rows("north_vel_std_dev", "east_vel_std_dev", "up_vel_std_dev"),
-        attitude_sigma=rows("roll_std_dev", "pitch_std_dev", "azimuth_std_dev") * DEG,
-    )
-    return {"solution": stream}
+    place = _columns(messages, "latitude", "longitude", height, "undulation")
+    place[:, 2] += place[:, 3]
+    velocity = _columns(messages, "north_vel", "east_vel", "up_vel")
+    angles = _columns(messages, "roll", "pitch", "azimuth")
+    sigma = _columns(messages, *_POSITION_SIGMA, *_OTHER_SIGMA)
+    return _solved(_time(messages, week), place, velocity, angles, sigma)
 
 
 FORMAT = Format(recognises, read)
