@@ -326,3 +326,24 @@ class Measurements:
     def label(self) -> str:
         """Name of the sensor, or its kind if it has none."""
         return self.name or self.kind
+
+
+def rows_of(state: NavState | NavSolution, rows: NDArray[np.intp] | slice | int) -> NavState:
+    """Return some rows of states."""
+    s = state
+    return NavState(s.latitude[rows], s.longitude[rows], s.height[rows], s.velocity_ned[rows], s.q_nb[rows])
+
+
+def solution_of(time: Array, state: NavState, algorithm: str = "") -> NavSolution:
+    """Return a solution from states at some times."""
+    s = state
+    return NavSolution(time, s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb, np.zeros(len(time)), algorithm)
+
+
+def measurements_at(measurements: Measurements, rows: NDArray[np.intp] | NDArray[np.bool_]) -> Measurements:
+    """Return some of the measurements of a sensor, the same object for all of them."""
+    m = measurements
+    if rows.dtype == np.bool_ and rows.all():
+        return m
+    parts = {name: getattr(m, name)[rows] for name in ("time", "arrival", "value", "sigma")}
+    return dataclasses.replace(m, **parts, correlation=None if m.correlation is None else m.correlation[rows])

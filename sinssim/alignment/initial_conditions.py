@@ -23,7 +23,7 @@ from sinssim.alignment.determination import Determination, determine, mean_readi
 from sinssim.alignment.disturbed_base import align_disturbed, inertial_curve
 from sinssim.alignment.parked_theory import coefficients, ideal_readings
 from sinssim.arguments import POSITIVE, check_kind, names, number, vector
-from sinssim.data import Array, ImuData, Measurements, NavState
+from sinssim.data import Array, ImuData, Measurements, NavState, rows_of
 from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.errors import InputError, check_name
 from sinssim.sensors.aiding.gnss import USUAL, first_course
@@ -368,8 +368,7 @@ def _of_reference(log: RecordedLog, start: LogStart) -> RecordedStart | None:
         return None
     sigma = reference.sigma_at(begin)
     position = np.full(3, 0.1) if sigma is None else np.maximum(np.nan_to_num(sigma[0], nan=0.1), 1e-3)
-    s = state
-    first = NavState(s.latitude[0], s.longitude[0], s.height[0], s.velocity_ned[0], s.q_nb[0])
+    first = rows_of(state, 0)
     words = f"Navigation starts from the reference {reference.name}."
     return RecordedStart(first, position, 0.05, _TILT_OF_REFERENCE, _HEADING_OF_REFERENCE, words)
 

@@ -25,7 +25,7 @@ from typing import Unpack
 import numpy as np
 
 from sinssim.arguments import checked_initial, doubles, number
-from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
+from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState, solution_of
 from sinssim.earth.gravity_disturbance import DisturbingField
 from sinssim.errors import InputError, RunError, check_name, shortened
 from sinssim.estimation import LINEAR, SHIPPED
@@ -33,7 +33,7 @@ from sinssim.estimation.error_dynamics import driving_noise
 from sinssim.estimation.filter_loop import Loop
 from sinssim.estimation.filter_result import Estimate, Innovations
 from sinssim.estimation.innovation_gate import contradiction
-from sinssim.estimation.linearisation import Surroundings, at, solution_of
+from sinssim.estimation.linearisation import Surroundings, at
 from sinssim.estimation.measurement_epochs import CheckedMeasurements, take_in
 from sinssim.estimation.smoother import smooth as smoothed
 from sinssim.estimation.state_model import ErrorModel

@@ -31,7 +31,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from sinssim.data import Array, NavState
+from sinssim.data import Array, rows_of, solution_of
 from sinssim.errors import SinssimError
 from sinssim.estimation.consistency import FALSE_ALARM, consistency
 from sinssim.estimation.filter_result import ALIKE, Diagnosis, Estimate, Hypothesis, Innovations, Kind, Refusals
@@ -244,7 +244,6 @@ _FARTHEST = math.log(1e3)
 """Logarithm of the largest factor of a σ that is tried, and of the inverse of the least."""
 _WORDS = {"measurement noise": "σ of {}", "bias walk": "random walk of the {} bias"}
 """What is tried, by kind, for the display of the progress."""
-_COLUMNS = ("time", "latitude", "longitude", "height", "velocity_ned", "q_nb", "defect")
 
 
 @dataclass(frozen=True)
@@ -332,9 +331,8 @@ def _with_size(run: Run, model: ErrorModel, base: Estimate, hypothesis: Hypothes
     if there.smoothed is None:
         return hypothesis
     solution, best = base.solution, there.smoothed.solution
-    start = replace(solution, **{name: getattr(solution, name)[:1] for name in _COLUMNS}, azimuth=None)
-    likely = NavState(*(getattr(best, name)[:1] for name in _COLUMNS[1:-1]))
-    error = navigation_error(likely, start, axes=model.axes)
+    start = solution_of(solution.time[:1], rows_of(solution, slice(0, 1)))
+    error = navigation_error(rows_of(best, slice(0, 1)), start, axes=model.axes)
     of_block = {"position": error.position_ned, "velocity": error.velocity_ned, "attitude": error.attitude}[block][0]
     sigma = there.smoothed.sigma[0, model.slices[block]]
     sign = -1.0 if hypothesis.name == "initial heading" else 1.0  # φ down is the negative error of heading

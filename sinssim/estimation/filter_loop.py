@@ -15,7 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.data import Array, NavSolution, NavState
+from sinssim.data import Array, NavSolution, NavState, rows_of, solution_of
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError, RunError
 from sinssim.estimation import LINEAR
@@ -23,7 +23,7 @@ from sinssim.estimation.error_dynamics import calibrated, turn_of_axes
 from sinssim.estimation.filter_result import Divergence, History, corrected
 from sinssim.estimation.innovation_gate import WITHDRAWN, InnovationGate
 from sinssim.estimation.kalman_filter import Branch, Diverged, ErrorFilter, check_covariance
-from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise, rows_of, solution_of
+from sinssim.estimation.linearisation import Linearisation, Observed, Surroundings, linearise
 from sinssim.estimation.measurement_epochs import Branches, Epochs
 from sinssim.estimation.state_model import INERTIAL, NAVIGATION, ErrorModel
 from sinssim.estimation.unscented_cubature_ensemble import by_group, filter_of

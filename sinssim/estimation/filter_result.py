@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import rotation
-from sinssim.data import Array, NavSolution, NavState, short_repr
+from sinssim.data import Array, NavSolution, NavState, short_repr, solution_of
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import RunError
 from sinssim.estimation.error_dynamics import remaining
@@ -338,9 +338,7 @@ def nominal_errors(
     """Return the actual errors of inertial navigation and compensation, which the filter estimates, at the R rows of
     its history, (R, n), as `state_errors` from the true states and the true values of the sensors' parameters by block,
     (size,) or (R, size) each."""
-    n = history.navigation
-    unused = np.zeros(len(history.time))
-    solution = NavSolution(history.time, n.latitude, n.longitude, n.height, n.velocity_ned, n.q_nb, unused, "")
+    solution = solution_of(history.time, history.navigation)
     blocks = model.blocks[len(NAVIGATION) :]
     compensated = {block.name: history.compensated[:, model.slices[block.name]] for block in blocks}
     nominal = Smoothed(history.time, solution, compensated, history.covariance)

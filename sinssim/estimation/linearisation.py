@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import earth, rotation
-from sinssim.data import Array, Measurements, NavSolution, NavState
+from sinssim.data import Array, Measurements, NavSolution, NavState, rows_of
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.estimation.error_dynamics import (
     NominalMotion,
@@ -38,18 +38,6 @@ from sinssim.sensors.measurement_kind import CORE, PHI, Comparison, MeasurementK
 from sinssim.sensors.vibration_noise import AddedNoise
 from sinssim.strapdown.navigation_error import POLAR_LIMIT, carried
 from sinssim.units import G0
-
-
-def rows_of(state: NavState | NavSolution, rows: NDArray[np.intp] | slice) -> NavState:
-    """Return some rows of states."""
-    s = state
-    return NavState(s.latitude[rows], s.longitude[rows], s.height[rows], s.velocity_ned[rows], s.q_nb[rows])
-
-
-def solution_of(time: Array, state: NavState, algorithm: str) -> NavSolution:
-    """Return navigation states at times, (N,) s, as a solution."""
-    s = state
-    return NavSolution(time, s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb, np.zeros(len(time)), algorithm)
 
 
 def at(

@@ -12,11 +12,10 @@ provide for it. The covariance of gyro noise with zero-rate readings is neglecte
 
 from __future__ import annotations
 
-from sinssim.data import Array
+from sinssim.data import Array, solution_of
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.estimation.consistency import scaled_solve
 from sinssim.estimation.filter_result import History, Smoothed, corrected
-from sinssim.estimation.linearisation import solution_of
 from sinssim.estimation.state_model import NAVIGATION, ErrorModel
 
 

@@ -10,7 +10,7 @@ import zipfile
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +24,8 @@ from sinssim.logs.gps_time import date_seconds, is_date
 from sinssim.logs.numeric_columns import (
     COMMENTS,
     CutRows,
+    Layout,
     Row,
-    RowLayout,
     bad_row,
     cut_rows,
     read_columns,
@@ -46,17 +46,6 @@ _COPIES = 4  # copies of every number at once: as read, by columns, in the block
 _BYTES_OF_TEXT = 8  # bytes of memory per byte of text: a number has at least two bytes, an entry in a list of lines 60
 _SHOWN = 20  # names of columns listed in a message
 _LONGEST = 60  # characters of a name or value in a message
-
-
-class Layout(RowLayout, Protocol):
-    """How the columns of a file are written.
-
-    Attributes:
-        decimal: the decimal sign.
-    """
-
-    @property
-    def decimal(self) -> str: ...
 
 
 class Table:

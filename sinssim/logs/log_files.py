@@ -140,11 +140,7 @@ def solution_stream(source: LogFile) -> tuple[SolutionStream | FixStream, Clock,
         return stream, clock, table.notes
     q_nb = q_nb[rows]
     sigma = None if c.attitude_sigma is None else np.abs(_three_of(table, c.attitude_sigma, "angle"))[rows]
-    solution = SolutionStream(
-        stream.time, stream.latitude, stream.longitude, stream.height, stream.datum, stream.velocity_ned, q_nb,
-        stream.position_sigma, stream.velocity_sigma, sigma,
-    )  # fmt: skip
-    return solution, clock, table.notes
+    return replace(stream.as_solution(), q_nb=q_nb, attitude_sigma=sigma), clock, table.notes
 
 
 _DIMENSION = {"m": "length", "rad": "angle", "mps": "speed"}

@@ -37,14 +37,15 @@ _PART = re.compile(r"[-+0-9.eE:/TZ]*")
 _LONGEST = 1 << 20  # bytes of a line; a longer one is no row
 
 
-class RowLayout(Protocol):
-    """How the rows of a file are written.
+class Layout(Protocol):
+    """How rows and columns of a file are written.
 
     Attributes:
         delimiter: one character, or `WHITESPACE`.
         skip_lines: lines before the line of names, or before the numbers.
         numbered: whether columns are numbered, in a text file without a line of names.
         rows: texts by the name of a column, or by its number, from 1; None for all rows.
+        decimal: the decimal sign.
     """
 
     @property
@@ -55,6 +56,8 @@ class RowLayout(Protocol):
     def numbered(self) -> bool: ...
     @property
     def rows(self) -> dict[str, str] | None: ...
+    @property
+    def decimal(self) -> str: ...
 
 
 @dataclass(frozen=True)
@@ -209,7 +212,7 @@ def names_in(fields: list[str]) -> list[str]:
     return [first, *fields[1:]] if first or not fields[0] else fields[1:]
 
 
-def read_rows(path: Path, layout: RowLayout, *, comments: bool = False) -> Iterator[Row]:
+def read_rows(path: Path, layout: Layout, *, comments: bool = False) -> Iterator[Row]:
     """Yield the line of names, if there is one, and every row that is read. `path`: a text file; any byte is accepted;
     `comments`: whether lines that begin with # or % are left out."""
     rows, names = text_rows(path, layout.delimiter, layout.skip_lines, comments=comments), None
@@ -225,7 +228,7 @@ def read_rows(path: Path, layout: RowLayout, *, comments: bool = False) -> Itera
             yield number, fields
 
 
-def selected_text(path: Path, layout: RowLayout) -> bytes:
+def selected_text(path: Path, layout: Layout) -> bytes:
     """Return the rows of a file that the layout selects, without the line of names."""
     text = io.StringIO(newline="")
     delimiter = " " if layout.delimiter == WHITESPACE else layout.delimiter

@@ -370,12 +370,8 @@ def _fixes(
             f"{gnss.file} has heights above mean sea level, and geoid_height_m is 0: they are taken for heights "
             f"above the ellipsoid. The geoid of EGM2008 is {geoid_height(stream) or 0.0:.1f} m above it there."
         )
-    return _picked(stream, at, rows, gnss.geoid_height_m), tuple(words)
-
-
-def _picked(stream: FixStream, at: Array, rows: Rows, geoid_height: float) -> FixStream:
     picked = stream.rows(rows)
-    return replace(picked, time=at[rows], height=picked.height + geoid_height)
+    return replace(picked, time=at[rows], height=picked.height + gnss.geoid_height_m), tuple(words)
 
 
 def _reference(

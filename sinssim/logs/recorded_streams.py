@@ -113,6 +113,11 @@ class FixStream:
         }
         return replace(self, **arrays)
 
+    def as_solution(self) -> SolutionStream:
+        """Return the fixes as a solution without attitude."""
+        names = {f.name for f in fields(self)} & {f.name for f in fields(SolutionStream)}
+        return SolutionStream(**{name: getattr(self, name) for name in names})
+
 
 @dataclass(frozen=True)
 class SolutionStream:

@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim import earth, rotation
-from sinssim.data import Array, NavSolution, NavState, short_repr
+from sinssim.data import Array, NavSolution, NavState, rows_of, short_repr, solution_of
 from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.earth.geodetic_coordinates import ecef_to_geodetic, geodetic_to_ecef, q_en
 from sinssim.errors import InputError
 from sinssim.logs.recorded_streams import SolutionStream
 from sinssim.logs.stored_run import RecordedRun
-from sinssim.strapdown.navigation_error import NavError, navigation_error
+from sinssim.strapdown.navigation_error import NavError, navigation_error, unknown_error
 
 _DENSE = 0.34
 """Longest interval of rows between which every instant counts as known, s: a car's jerk changes by 15 m/s⁴, so that the
@@ -90,46 +90,25 @@ class Reference:
         around = np.concatenate([time - 0.05, time, time + 0.05]).clip(self.time[0], self.time[-1])
         order = np.argsort(around, kind="stable")
         wide = self._at(around[order])[0]
-        rows = NavSolution(
-            around[order] + 1e-9 * np.arange(len(order)), wide.latitude, wide.longitude, wide.height,
-            wide.velocity_ned, wide.q_nb, np.zeros(len(order)),
-        )  # fmt: skip
+        rows = solution_of(around[order] + 1e-9 * np.arange(len(order)), wide)
         back = _at_point(rows, _turning(rows), -np.array(self.lever_arm), self.ellipsoid)
-        columns = np.searchsorted(around[order], time)
-        return NavState(
-            back.latitude[columns],
-            back.longitude[columns],
-            back.height[columns],
-            back.velocity_ned[columns],
-            back.q_nb[columns],
-        )
+        return rows_of(back, np.searchsorted(around[order], time))
 
     def error_of(self, solution: NavSolution) -> NavError:
         """Return solution minus reference at each row of a solution, NaN where the reference is not known; at the
         reference's point if the reference has no attitude."""
-        count = len(solution.time)
-        difference = NavError(solution.time, *(np.full((count, 3), np.nan) for _ in range(3)))
+        difference = unknown_error(solution.time)
         rows = np.flatnonzero(self.known(solution.time))
         if not len(rows):
             return difference
-        solved = _rows(solution, rows)
+        solved = solution_of(solution.time[rows], rows_of(solution, rows), solution.algorithm)
         if any(self.lever_arm) and self.q_nb is None:
             solved = _at_point(solved, _turning(solution)[rows], np.array(self.lever_arm), self.ellipsoid)
         there, moving, turned = self._at(solved.time)
         if any(self.lever_arm) and self.q_nb is not None:
             # the block's own attitude is known: the reference is taken to the block
-            back = NavSolution(
-                solved.time,
-                there.latitude,
-                there.longitude,
-                there.height,
-                there.velocity_ned,
-                there.q_nb,
-                solved.defect,
-            )
-            turns = _turning(back)
-            back = _at_point(back, turns, -np.array(self.lever_arm), self.ellipsoid)
-            there = NavState(back.latitude, back.longitude, back.height, back.velocity_ned, back.q_nb)
+            back = solution_of(solved.time, there)
+            there = rows_of(_at_point(back, _turning(back), -np.array(self.lever_arm), self.ellipsoid), slice(None))
         error = navigation_error(there, solved, self.ellipsoid)
         difference.position_ned[rows] = error.position_ned
         difference.velocity_ned[rows[moving]] = error.velocity_ned[moving]
@@ -237,14 +216,6 @@ def _in_parts(
     return at
 
 
-def _rows(solution: NavSolution, rows: NDArray[np.intp]) -> NavSolution:
-    s = solution
-    return NavSolution(
-        s.time[rows], s.latitude[rows], s.longitude[rows], s.height[rows], s.velocity_ned[rows], s.q_nb[rows],
-        s.defect[rows], s.algorithm,
-    )  # fmt: skip
-
-
 def _turning(solution: NavSolution) -> Array:
     """Return the rate relative to the Earth in the block's axes from differences of the attitude, (N, 3) rad/s."""
     q, time = solution.q_nb, solution.time
@@ -323,11 +294,7 @@ class TruthAt:
         self._ellipsoid = ellipsoid
 
     def state(self, time: Array) -> NavState:
-        """Return the true states.
-
-        Args:
-            time: instants from the first to the last sample, (M,) s.
-        """
+        """Return the true states at instants, (M,) s."""
         parts = [self._block(time[a : a + _BLOCK]) for a in range(0, len(time), _BLOCK)]
         return NavState(
             *(np.concatenate([getattr(part, name) for part in parts])

@@ -15,7 +15,6 @@ from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.earth.geodetic_coordinates import geodetic_about, q_en
 from sinssim.errors import InputError, unknown_name
 from sinssim.logs.formats import read_file
-from sinssim.logs.formats.export_streams import solution_of
 from sinssim.logs.gps_time import match_clock
 from sinssim.logs.recorded_streams import SolutionStream, Streams
 from sinssim.logs.reference_solution import Reference, TruthAt, interpolation_error, reference_of
@@ -230,7 +229,7 @@ class Judge:
 
 def _solution_in(streams: Streams) -> tuple[SolutionStream, list[str]]:
     """Return the solution of a file, or its fixes as one."""
-    solutions = {**{n: solution_of(f) for n, f in streams.fixes.items()}, **streams.solutions}
+    solutions = {**{n: f.as_solution() for n, f in streams.fixes.items()}, **streams.solutions}
     if not solutions:
         raise InputError(
             f"{streams.path} ({streams.format}) holds no positions that could be scored; a solution has time and "

@@ -16,6 +16,7 @@ from sinssim.sensors.imu.imu_section import Imu
 from sinssim.truth.flight.flight_log import FlightLog
 from sinssim.truth.flight.guidance import TRUTH, SolutionErrors
 from sinssim.truth.motion import Motion, Mounting
+from sinssim.truth.motions.imu_rotation import TurningBlock
 from sinssim.truth.motions.vibration import Tone
 from sinssim.truth.trajectory import Trajectory
 
@@ -154,6 +155,4 @@ def block_of(vehicle: Trajectory, section: Imu) -> Trajectory:
     check_kind("section", section, Imu, "Imu, for example scenario.imu")
     if section.rotation is None:
         return vehicle
-    from sinssim.truth.motions.imu_rotation import TurningBlock
-
     return TurningBlock(vehicle, section.rotation.turning(vehicle.start, vehicle.end))

@@ -16,7 +16,7 @@ import numpy as np
 
 from sinssim import rotation
 from sinssim.alignment.initial_conditions import alignment_samples
-from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
+from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState, measurements_at
 from sinssim.errors import InputError, SinssimError
 from sinssim.estimation.consistency import consistency
 from sinssim.estimation.estimate import estimate, vibration_untold
@@ -33,10 +33,13 @@ from sinssim.scenario.true_motion import block_of, known_field, mounting, unknow
 from sinssim.sensors.aiding.land_vehicle import LandVehicle
 from sinssim.sensors.aiding_sensor import AidingReadings, Vehicle
 from sinssim.sensors.fault_detection import Monitored
+from sinssim.sensors.imu.emulation import emulate
+from sinssim.sensors.imu.imu_section import Imu
 from sinssim.sensors.imu.rotation_encoder import Encoders, encoders_of, turned_in
 from sinssim.sensors.sensor_set_readings import TrueErrors
 from sinssim.sensors.vibration_noise import AddedNoise, vibration, vibration_noise
 from sinssim.simulation.truth_comparison import Aided, InertialParameters, compare_with_truth
+from sinssim.strapdown.navigate import navigate
 from sinssim.strapdown.navigation_error import axes_along
 from sinssim.system.process import give_back_memory, shared
 from sinssim.toml_section import LeverArm
@@ -104,7 +107,7 @@ def _diagnosis(
     edges = start.imu.time
     stop = int(np.searchsorted(edges, until - 1e-9))
     imu = ImuData(edges[: stop + 1], start.imu.dtheta[:stop], start.imu.dvel[:stop])
-    within = [_rows(m, m.time <= edges[stop] + 1e-9) for m in readings]
+    within = [measurements_at(m, m.time <= edges[stop] + 1e-9) for m in readings]
 
     runs, begin = 0, time.perf_counter()
 
@@ -127,15 +130,6 @@ def _diagnosis(
     seen = diagnose(run, filter_estimate.model, interval, float(edges[stop]), progress)
     progress("done", 1.0)
     return None if seen is None else replace(seen, runs=runs, seconds=time.perf_counter() - begin)
-
-
-def _rows(m: Measurements, which: np.ndarray[Any, np.dtype[np.bool_]]) -> Measurements:
-    """Return some readings."""
-    if which.all():
-        return m
-    correlation = None if m.correlation is None else m.correlation[which]
-    m = replace(m, correlation=correlation, sigma=m.sigma[which])
-    return replace(m, time=m.time[which], arrival=m.arrival[which], value=m.value[which])
 
 
 _APART = 1 << 41
@@ -177,7 +171,7 @@ def aid_run(
     give_back_memory()
     model, edges = filter_model(scenario, float(imu.time[-1] - imu.time[0])), imu.time
     model = with_declination(model, scenario, trajectory)
-    measurements = [_with_noise_factor(s.measurements, section.measurement_noise_factor) for s in sensed]
+    measurements = [with_noise_factor(s.measurements, section.measurement_noise_factor) for s in sensed]
     block = block_of(trajectory, scenario.imu)
     encoders = encoders_of(block, errors.encoders, edges)
     start = Start(imu, turned_in(initial, block, float(edges[0])), None)
@@ -241,7 +235,8 @@ def filtered(
         "field": known_field(scenario),
     }
     readings = [_after(m, float(start.imu.time[0])) for m in measurements]
-    added = added or _added_noise(start.imu, section.vibration_noise, bridged)
+    kappa = section.vibration_noise
+    added = added or (vibration_noise(vibration(start.imu), kappa, kappa).plus(bridged) if kappa else bridged)
     options |= {"axes": axes, "added_noise": added, "encoders": encoders}
     filter_estimate = estimate(
         start.imu,
@@ -298,9 +293,6 @@ def _with_backward(
 
 def navigate_beside(scenario: Scenario, trajectory: Trajectory, grade: str, lever_arm: LeverArm) -> NavSolution:
     """Return the solution of another inertial system of the vehicle, started from the true state at its own place."""
-    from sinssim.sensors.imu.emulation import emulate
-    from sinssim.sensors.imu.imu_section import Imu
-    from sinssim.strapdown.navigate import navigate
     from sinssim.truth.motions.mounted_block import Vibrating
 
     place = Vibrating(trajectory, (), lever_arm)
@@ -360,11 +352,6 @@ def _assumed_mounting(scenario: Scenario, measurements: Sequence[Measurements]) 
     return (math.atan2(-ahead[2], math.hypot(ahead[0], ahead[1])), math.atan2(ahead[1], ahead[0])), 0.0
 
 
-def _added_noise(imu: ImuData, kappa: float, bridged: AddedNoise | None) -> AddedNoise | None:
-    """Return the noise that vibration and bridged gaps add; None if there is none."""
-    return vibration_noise(vibration(imu), kappa, kappa).plus(bridged) if kappa else bridged
-
-
 def _with_shared_times(sensed: Sequence[AidingReadings], edges: Array) -> tuple[AidingReadings, ...]:
     """Return readings whose times are the same arrays wherever they are equal: those of the IMU, or of each other."""
     known, shared_readings = [edges, edges[1:]], []
@@ -375,16 +362,11 @@ def _with_shared_times(sensed: Sequence[AidingReadings], edges: Array) -> tuple[
     return tuple(shared_readings)
 
 
-def _with_noise_factor(measurements: Measurements, factor: float) -> Measurements:
+def with_noise_factor(measurements: Measurements, factor: float) -> Measurements:
     """Return readings with the assumed noise: the true noise times a factor."""
     return measurements if factor == 1.0 else replace(measurements, sigma=factor * measurements.sigma)
 
 
 def _after(measurements: Measurements, start: float) -> Measurements:
     """Return the readings after the filter's start."""
-    m, later = measurements, measurements.time > start + 1e-9
-    if later.all():
-        return m
-    correlation = None if m.correlation is None else m.correlation[later]
-    m = replace(m, correlation=correlation, sigma=m.sigma[later])
-    return replace(m, time=m.time[later], arrival=m.arrival[later], value=m.value[later])
+    return measurements_at(measurements, measurements.time > start + 1e-9)

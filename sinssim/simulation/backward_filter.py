@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
+from sinssim.data import Array, ImuData, Measurements, NavSolution, measurements_at
 from sinssim.earth.ellipsoids import in_reverse_time
 from sinssim.estimation import ErrorModel, Estimate, Innovations
 from sinssim.estimation.estimate import estimate
@@ -69,9 +69,10 @@ def run_backward(
     added = None if bridged is None else bridged.mirrored(float(imu.time[0]), float(imu.time[-1]))
     if vibration_share:
         added = vibration_noise(vibration(turned), vibration_share, vibration_share).plus(added)
+    last = forward.solution.state(-1)
     backward = estimate(
         turned,
-        _reversed_state(forward.solution.state(-1)),
+        replace(last, velocity_ned=-last.velocity_ned),
         [reversed_readings(m, imu.time) for m in measurements],
         start_model(forward),
         axes=forward.model.axes,
@@ -119,10 +120,9 @@ def reversed_readings(readings: Measurements, edges: Array) -> Measurements:
     inside = (time >= edges[0] - 1e-6) & (time <= edges[-1] - (1e-6 if kind.mean_rate else -1e-6))
     rows = order[inside][::-1]
     mirrored = _mirrored(time[inside], edges)
-    value = m.value[rows].copy()
-    value[:, : kind.velocities] *= -1.0
-    correlation = None if m.correlation is None else m.correlation[rows]
-    return replace(m, time=mirrored, arrival=mirrored, value=value, sigma=m.sigma[rows], correlation=correlation)
+    m = measurements_at(m, rows)  # a copy
+    m.value[:, : kind.velocities] *= -1.0
+    return replace(m, time=mirrored, arrival=mirrored)
 
 
 def signs_in_reverse_time(model: ErrorModel, kinds: Mapping[str, str]) -> Array:
@@ -144,10 +144,6 @@ def signs_in_reverse_time(model: ErrorModel, kinds: Mapping[str, str]) -> Array:
 def _mirrored(time: Array, edges: Array) -> Array:
     """Return instants in reverse time, in order, within the edges."""
     return np.asarray(np.clip(edges[0] + edges[-1] - time[::-1], edges[0], edges[-1]))
-
-
-def _reversed_state(state: NavState) -> NavState:
-    return replace(state, velocity_ned=-state.velocity_ned)
 
 
 def _in_forward_time(backward: Estimate, edges: Array, kinds: Mapping[str, str]) -> Estimate:

@@ -11,6 +11,7 @@ SINSSIM_PROGRAMS).
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import math
 import os
 import signal
@@ -28,7 +29,7 @@ from typing import IO, Any, NoReturn
 import numpy as np
 
 from sinssim.content import named_paths
-from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState
+from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState, measurements_at
 from sinssim.earth.ellipsoids import GRAVITY_MODELS, Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, RunError, shortened
 from sinssim.logs.formats import DEFAULT_START
@@ -165,10 +166,7 @@ def readings_by_name(
 
 def _in_order(m: Measurements) -> Measurements:
     """Return measurements in the order of their arrival."""
-    order = np.argsort(m.arrival, kind="stable")
-    return replace(
-        m, time=m.time[order], arrival=m.arrival[order], value=m.value[order], sigma=m.sigma[order], correlation=None
-    )
+    return measurements_at(m, np.argsort(m.arrival, kind="stable"))
 
 
 def first_message(
@@ -499,8 +497,6 @@ class _Process:
 
 def _pipe(file: IO[bytes] | None) -> int:
     """Return the descriptor of a pipe, which is made as large as a block."""
-    import fcntl
-
     assert file is not None
     with suppress(OSError):  # the system has no such size
         fcntl.fcntl(file, _F_SETPIPE_SZ, _PIPE_BYTES)

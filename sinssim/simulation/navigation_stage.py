@@ -22,14 +22,16 @@ from sinssim.alignment.initial_conditions import aligned_state, alignment_sample
 from sinssim.data import Array, ImuData, NavSolution, NavState, short_repr
 from sinssim.earth.ellipsoids import Ellipsoid, ellipsoid_by_name
 from sinssim.errors import InputError, RunError, SinssimError
+from sinssim.estimation import SHIPPED
 from sinssim.progress import Progress, silent
 from sinssim.scenario import Scenario
 from sinssim.scenario.navigation_section import initial_state_with_errors
+from sinssim.sensors.imu.rotation_encoder import encoders_of, turned_in
 from sinssim.sensors.sensor_set_readings import Readings, TrueErrors
 from sinssim.simulation.truth_and_sensors import RecordedMotion, Sensed, Truth
 from sinssim.strapdown.attitude import PLATFORM
 from sinssim.strapdown.mechanization import BARO_TIME_CONSTANT, Mechanization
-from sinssim.strapdown.navigation_error import NavError, diverged
+from sinssim.strapdown.navigation_error import NavError, diverged, unknown_error
 from sinssim.system.process import thread_pool
 
 if TYPE_CHECKING:
@@ -148,8 +150,6 @@ def turned(setup: Setup) -> Setup:
     encoders."""
     if setup.scenario.imu.rotation is None or not isinstance(setup.truth, Truth):
         return setup
-    from sinssim.sensors.imu.rotation_encoder import encoders_of, turned_in
-
     block, time = setup.truth.block, setup.imu.time
     encoders = encoders_of(block, None if setup.errors is None else setup.errors.encoders, time)
     assert encoders is not None  # the block turns
@@ -274,7 +274,6 @@ def _solved(scenario: Scenario, sensed: Sensed) -> tuple[dict[str, NavSolution],
 
 def _by_filter(scenario: Scenario, name: str, sensed: Sensed) -> NavSolution:
     """Return the solution of a filter beside that of [filter], whose states are written out."""
-    from sinssim.estimation import SHIPPED
     from sinssim.scenario.filter_model import with_first
     from sinssim.simulation.truth_comparison import FilterSolution
 
@@ -415,7 +414,6 @@ def _aid_recorded(
 ) -> Aided:
     """Run the filter; without a reference it is compared with its own smoothed solution, which has no error then."""
     from sinssim.simulation.recorded_filter_run import aid_recorded, all_readings, as_reference, compare_recorded
-    from sinssim.strapdown.navigation_error import NavError
 
     prepared, start = motion.prepared, recorded_start(scenario, sensed)
     estimate = aid_recorded(prepared, sensed.imu, start, history=history, progress=progress)
@@ -425,11 +423,7 @@ def _aid_recorded(
     aided = compare_recorded(estimate, all_readings(prepared), reference, float(motion.time[-1]))
     if motion.reference is None and (smoothed_error := aided.smoothed_error) is not None:
         # it would be zero, up to rounding
-        unknown = [
-            np.full_like(error, np.nan)
-            for error in (smoothed_error.position_ned, smoothed_error.velocity_ned, smoothed_error.attitude)
-        ]
-        aided = replace(aided, smoothed_error=NavError(smoothed_error.time, *unknown))
+        aided = replace(aided, smoothed_error=unknown_error(smoothed_error.time))
     return aided
 
 

@@ -16,13 +16,13 @@ from numpy.typing import ArrayLike
 
 from sinssim import earth
 from sinssim.alignment.initial_conditions import RecordedStart, recorded_start
-from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState, short_repr
+from sinssim.data import Array, ImuData, NavSolution, NavState, rows_of, short_repr
 from sinssim.earth.ellipsoids import Ellipsoid
 from sinssim.errors import InputError
 from sinssim.estimation import ErrorModel, Estimate, Smoothed
 from sinssim.estimation.filter_start import Start
 from sinssim.logs.log_files import recorded_errors
-from sinssim.logs.recorded_log import RecordedLog, recorded_log
+from sinssim.logs.recorded_log import RecordedLog, gnss_readings, recorded_log
 from sinssim.logs.recorded_streams import FixStream
 from sinssim.logs.reference_solution import Reference
 from sinssim.progress import Progress, silent
@@ -32,9 +32,9 @@ from sinssim.scenario.filter_section import InitialSigmaSection
 from sinssim.scenario.run_memory import ROWS
 from sinssim.scenario.true_motion import mounting
 from sinssim.sensors.aiding_sensor import AidingReadings, AidingSensor, Vehicle
-from sinssim.simulation.aided_run import coarse_alignment, filtered
+from sinssim.simulation.aided_run import coarse_alignment, filtered, with_noise_factor
 from sinssim.simulation.truth_comparison import Aided, Rows
-from sinssim.strapdown.navigation_error import NavError
+from sinssim.strapdown.navigation_error import NavError, unknown_error
 from sinssim.truth.sampling import Channel, FlightEvent
 from sinssim.truth.trajectory import Trajectory
 from sinssim.units import ARCMIN
@@ -74,9 +74,7 @@ class ReferenceMotion:
                 )
             )
         if np.ndim(t) == 0:
-            return NavState(
-                states.latitude[0], states.longitude[0], states.height[0], states.velocity_ned[0], states.q_nb[0]
-            )
+            return rows_of(states, 0)
         return states
 
     def rates(self, t: ArrayLike) -> tuple[Array, Array]:
@@ -166,7 +164,7 @@ class RecordedAided(Aided):
 
     def _error_of(self, solution: NavSolution) -> NavError:
         if self.reference is None:
-            return NavError(solution.time, *(np.full((len(solution.time), 3), np.nan) for _ in range(3)))
+            return unknown_error(solution.time)
         return self.reference.error_of(solution)
 
     @property
@@ -192,7 +190,8 @@ def aid_recorded(
     lasts = float(imu.time[-1] - imu.time[0])
     model: ErrorModel = filter_model(scenario, lasts, recorded_errors(scenario.log))
     measurements = [
-        _told(readings.measurements, section.measurement_noise_factor) for readings in all_readings(prepared)
+        with_noise_factor(readings.measurements, section.measurement_noise_factor)
+        for readings in all_readings(prepared)
     ]
     begin = start
     if section.alignment_s is not None:
@@ -245,10 +244,6 @@ def all_readings(prepared: Prepared) -> tuple[AidingReadings, ...]:
     return (*log.sensed, *emulated)
 
 
-def _told(measurements: Measurements, factor: float) -> Measurements:
-    return measurements if factor == 1.0 else replace(measurements, sigma=factor * measurements.sigma)
-
-
 def compare_recorded(
     estimate: Estimate, sensed: Sequence[AidingReadings], reference: Reference | None, end: float
 ) -> RecordedAided:
@@ -279,12 +274,8 @@ def _differences(
     """Return the differences of a further solution from the reference, as errors and as errors in the states."""
     if further is None:
         return None, None
-    count = len(further.time)
-    if reference is None:
-        errors = NavError(further.time, *(np.full((count, 3), np.nan) for _ in range(3)))
-    else:
-        errors = reference.error_of(further.solution)
-    states = np.full((count, estimate.model.size), np.nan)
+    errors = unknown_error(further.time) if reference is None else reference.error_of(further.solution)
+    states = np.full((len(further.time), estimate.model.size), np.nan)
     states[:, :9] = np.hstack([errors.position_ned, errors.velocity_ned, errors.attitude])
     return errors, states
 
@@ -312,8 +303,6 @@ def outage_reference(prepared: Prepared) -> Reference | None:
 
 def outage_pass(imu: ImuData, prepared: Prepared, start: Start, spans: tuple[tuple[float, float], ...]) -> Estimate:
     """Run the filter once more from its start, without the satellites of some spans."""
-    from sinssim.logs.recorded_log import gnss_readings
-
     log, section, settings = prepared.log, prepared.scenario.log, prepared.scenario.filter
     assert section is not None
     assert section.gnss is not None

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.data import Array, NavSolution, NavState
-from sinssim.earth.geodetic_coordinates import geodetic_to_ecef
+from sinssim.earth.geodetic_coordinates import geodetic_to_ecef, radii
 from sinssim.errors import InputError
 from sinssim.rotation import conjugate, euler_from_quaternion, multiply, rotate
 from sinssim.scenario import Scenario
@@ -112,8 +112,6 @@ def _reached(path: Trajectory, leg: WaypointLeg, begin: float, end: float) -> li
 
 def at_centre(state: NavState, lever: Array, place: Array) -> NavState:
     """Return the states of the aircraft's centre of gravity from those of the sensor block."""
-    from sinssim.earth.geodetic_coordinates import radii
-
     north, east, down = rotate(multiply(state.q_nb, conjugate(place)), -lever).T
     r1, r2 = radii(state.latitude)
     latitude = state.latitude + north / (r1 + state.height)

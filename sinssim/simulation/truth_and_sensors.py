@@ -12,15 +12,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.data import Array, ImuData, NavSolution, NavState, short_repr
+from sinssim.data import Array, ImuData, NavSolution, NavState, rows_of, short_repr, solution_of
 from sinssim.earth.ellipsoids import WGS84, Ellipsoid
 from sinssim.errors import InputError
 from sinssim.progress import Progress
 from sinssim.scenario import Scenario
+from sinssim.scenario import filter_model as filter_states
 from sinssim.scenario.planned_limits import check_times
 from sinssim.sensors.aiding.air_data import Barometer
 from sinssim.sensors.aiding_sensor import Vehicle
-from sinssim.strapdown.navigation_error import NavError, axes_along, axes_of, navigation_error
+from sinssim.strapdown.navigation_error import NavError, axes_along, axes_of, navigation_error, unknown_error
 from sinssim.truth.flight.guidance import Guided
 from sinssim.truth.sampling import FlightEvent
 from sinssim.truth.trajectory import Trajectory
@@ -30,10 +31,6 @@ if TYPE_CHECKING:
     from sinssim.sensors.sensor_set_readings import Readings, TrueErrors
     from sinssim.simulation.recorded_filter_run import Prepared
     from sinssim.strapdown.frames.vertical_channel import HeightReadings
-
-
-_ROWS = ("time", "latitude", "longitude", "height", "velocity_ned", "q_nb", "defect")
-"""Attributes of a solution that have a value in each row."""
 
 
 @short_repr
@@ -103,9 +100,8 @@ class Truth:
         # an algorithm that takes several samples at once has fewer rows, and a navigator of others any instants
         there = self.state if np.array_equal(solution.time, self.time) else self.trajectory.state(solution.time)
         if rows is not None:
-            there = replace(there, **{name: value[rows] for name, value in vars(there).items()})
-            kept = {name: getattr(solution, name)[rows] for name in _ROWS}
-            solution = NavSolution(**kept, algorithm=solution.algorithm, events=())
+            there = rows_of(there, rows)
+            solution = solution_of(solution.time[rows], rows_of(solution, rows), solution.algorithm)
         return navigation_error(there, solution, self.ellipsoid, axes)
 
 
@@ -162,7 +158,7 @@ class RecordedMotion:
     def error_of(self, solution: NavSolution, axes: str) -> NavError:
         """Return the differences of a solution from the reference, NaN without one; `axes` are the reference's."""
         if self.reference is None:
-            return NavError(solution.time, *(np.full((len(solution.time), 3), np.nan) for _ in range(3)))
+            return unknown_error(solution.time)
         return self.reference.error_of(solution)
 
 
@@ -261,7 +257,6 @@ class Plan:
 def planned(scenario: Scenario, *, recorded: bool) -> Plan:
     """Read the files of a scenario with [log], and check what follows from them; `recorded` says whether the run is
     written to a run directory."""
-    from sinssim.scenario import filter_model as filter_states
     from sinssim.scenario.run_memory import check_memory
     from sinssim.simulation.recorded_filter_run import prepare
 

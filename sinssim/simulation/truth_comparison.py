@@ -11,14 +11,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sinssim.data import Array, ImuData, NavSolution, blocks, short_repr
+from sinssim.data import Array, ImuData, NavSolution, blocks, rows_of, short_repr, solution_of
 from sinssim.estimation import GRAVITY, ErrorModel, Estimate, nominal_errors, state_errors
 from sinssim.estimation.error_dynamics import remaining
-from sinssim.estimation.linearisation import rows_of, solution_of
 from sinssim.estimation.state_model import FLICKER, INERTIAL, NAVIGATION, crossing_time, values_of
 from sinssim.sensors.aiding_sensor import AidingReadings
 from sinssim.sensors.fault_detection import combine
 from sinssim.sensors.flicker import smoothed_over
+from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.redundant_set_errors import combined_errors
@@ -140,7 +140,6 @@ class InertialParameters:
         The emulator runs on zero motion with these errors alone. Its draws of a term do not depend on which other terms
         are switched on.
         """
-        from sinssim.sensors.imu.emulation import emulate
 
         def alone(triad: TriadErrors) -> TriadErrors:
             return TriadErrors(**{field: getattr(triad, field) for field in fields})

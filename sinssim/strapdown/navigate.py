@@ -281,15 +281,10 @@ def singularity_events(
                 end,
                 damage,
                 f"{solution.algorithm}: pitch came within {nearest:.2f}° of ±90° between {start:.2f} s and "
-                f"{end:.2f} s; the resulting attitude error is {_three_digits(degrees(damage) * 3600.0)}″.",
+                f"{end:.2f} s; the resulting attitude error is {float(f'{degrees(damage) * 3600.0:.3g}'):g}″.",
             )
         )
     return tuple(events)
-
-
-def _three_digits(value: float) -> str:
-    """Write a number with three significant digits, for example 4090 or 0.0661."""
-    return f"{float(f'{value:.3g}'):g}"
 
 
 def navigate(

@@ -89,6 +89,11 @@ class NavError:
         return _norm(self.attitude)
 
 
+def unknown_error(time: Array) -> NavError:
+    """Return errors at times, (N,) s, that are all NaN."""
+    return NavError(time, *(np.full((len(time), 3), np.nan) for _ in range(3)))
+
+
 def navigation_error(
     truth: NavState, solution: NavSolution, ellipsoid: Ellipsoid = WGS84, axes: str = "north"
 ) -> NavError:

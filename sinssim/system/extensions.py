@@ -6,6 +6,8 @@ sentence with file and line.
 
 from __future__ import annotations
 
+import ast
+import difflib
 import functools
 import hashlib
 import importlib.util
@@ -91,8 +93,6 @@ class Outline:
 def outline(file: Path) -> Outline:
     """Read what a Python file says of itself, without executing it: its outline; of a file that cannot be read, the
     reason."""
-    import ast
-
     try:
         tree = ast.parse(read_bytes(file), str(file))
     except SyntaxError as error:
@@ -146,8 +146,6 @@ def items_of(path: Path) -> list[Item]:
 
 def _misspelt(path: Path) -> str:
     """Return which folders may be meant by those that there are, as the end of a sentence."""
-    import difflib
-
     there = sorted(entry.name for entry in os.scandir(path) if entry.is_dir())
     near = [(name, near[0]) for name in there if (near := difflib.get_close_matches(name.lower(), SINGULAR, 1))]
     wrong = [f"{name!r} as {kind!r}" for name, kind in near if name != kind]

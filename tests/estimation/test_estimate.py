@@ -9,14 +9,13 @@ import pytest
 
 from sinssim import rotation
 from sinssim.alignment.alignment_budget import expected_errors
-from sinssim.data import Array, ImuData, Measurements, NavState
+from sinssim.data import Array, ImuData, Measurements, NavState, rows_of
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.errors import InputError
 from sinssim.estimation import Block, ErrorModel, Estimate, error_model
 from sinssim.estimation.consistency import nees
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.filter_result import corrected
-from sinssim.estimation.linearisation import rows_of
 from sinssim.sensors import ImuErrors, TriadErrors
 from sinssim.sensors.imu.imu_section import Imu
 from sinssim.strapdown.navigate import navigate
@@ -62,7 +61,7 @@ def in_sigmas(a: Estimate, b: Estimate, at_a: Array, at_b: Array) -> float:
 
 
 def b_rows(estimate: Estimate, rows: Array):
-    from sinssim.estimation.linearisation import solution_of
+    from sinssim.data import solution_of
 
     return solution_of(estimate.time[rows], rows_of(estimate.solution, rows), "")
 

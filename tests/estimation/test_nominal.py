@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sinssim.data import ImuData, NavSolution, NavState
+from sinssim.data import ImuData, NavSolution, NavState, solution_of
 from sinssim.earth.ellipsoids import WGS84
-from sinssim.estimation.linearisation import at, motion, near, solution_of
+from sinssim.estimation.linearisation import at, motion, near
 from sinssim.sensors.imu.compensation import MeanGyroRates
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors

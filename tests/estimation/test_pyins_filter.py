@@ -15,12 +15,12 @@ import pytest
 from sinssim import earth, rotation
 from sinssim.alignment.alignment_budget import expected_errors
 from sinssim.data import Array, ImuData, NavSolution, NavState
+from sinssim.data import rows_of as states_at
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.estimation import error_model
 from sinssim.estimation.consistency import nees
 from sinssim.estimation.error_dynamics import dynamics, transition
 from sinssim.estimation.linearisation import motion
-from sinssim.estimation.linearisation import rows_of as states_at
 from sinssim.experiments.run.run_execution import run
 from sinssim.experiments.run.run_result import Run
 from sinssim.scenario import Scenario, load_scenario

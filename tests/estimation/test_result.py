@@ -24,7 +24,7 @@ from sinssim.estimation.measurement_epochs import take_in
 from sinssim.estimation.smoother import smooth
 from sinssim.estimation.state_model import error_model
 from sinssim.sensors import ImuErrors, TriadErrors
-from sinssim.simulation.aided_run import _after, _with_noise_factor
+from sinssim.simulation.aided_run import _after, with_noise_factor
 from sinssim.simulation.truth_comparison import Aided, _true_parameters
 from sinssim.strapdown.navigation_error import NavError
 from sinssim.truth.motions.parked_and_great_circle import Parked
@@ -235,8 +235,8 @@ def test_readings_after_the_start_and_their_noise() -> None:
     assert found.correlation is not None
     assert len(found.correlation) == 1
     assert _after(m, 3.9) is m
-    assert _with_noise_factor(m, 1.0) is m
-    assert _with_noise_factor(m, 2.5).sigma.tolist() == [[10.0], [12.5], [15.0]]
+    assert with_noise_factor(m, 1.0) is m
+    assert with_noise_factor(m, 2.5).sigma.tolist() == [[10.0], [12.5], [15.0]]
 
 
 def test_remarks_and_late_readings() -> None:

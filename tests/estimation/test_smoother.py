@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 
+from sinssim.data import rows_of
 from sinssim.estimation import error_model
 from sinssim.estimation.consistency import scaled_solve
 from sinssim.estimation.estimate import estimate
-from sinssim.estimation.linearisation import rows_of
 from sinssim.strapdown.navigation_error import navigation_error
 from tests.estimation.worlds import biases_only, errors_of, one_run, positions, velocities, weaving
 from tests.slow import slow
@@ -61,7 +61,7 @@ def test_open_loop_is_filterpys_and_closed_loop_the_same() -> None:
 
 
 def _part(smoothed, rows):
-    from sinssim.estimation.linearisation import solution_of
+    from sinssim.data import solution_of
 
     return solution_of(smoothed.time[rows], rows_of(smoothed.solution, rows), "")
 

@@ -19,13 +19,11 @@ from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.filter_model import filter_model, inertial_sigma, states
 from sinssim.scenario.navigation_section import initial_state_with_errors
 from sinssim.scenario.true_motion import fly
-from sinssim.sensors.imu import emulation
 from sinssim.sensors.imu.emulation import emulate
 from sinssim.sensors.imu.imu_section import draw
 from sinssim.sensors.sensor_set_readings import draw_true_errors
 from sinssim.simulation import aided_run
 from sinssim.simulation.aided_run import aid_run, navigate_beside
-from sinssim.strapdown import navigate as navigation
 from sinssim.truth.motions import mounted_block
 from tests.slow import slow
 
@@ -447,8 +445,8 @@ def test_the_second_unit_navigates_as_the_first(monkeypatch: pytest.MonkeyPatch)
                             state=lambda time: SimpleNamespace(height=("height", time)))  # fmt: skip
     made: list[Any] = []
     monkeypatch.setattr(mounted_block, "Vibrating", lambda *given: made.append(given) or place)
-    monkeypatch.setattr(emulation, "emulate", lambda *given: made.append(given) or "readings")
-    monkeypatch.setattr(navigation, "navigate", lambda *given, **keys: (given, keys))
+    monkeypatch.setattr(aided_run, "emulate", lambda *given: made.append(given) or "readings")
+    monkeypatch.setattr(aided_run, "navigate", lambda *given, **keys: (given, keys))
     scenario: Any = SimpleNamespace(seed=7, imu=SimpleNamespace(rate_hz=50.0),
                                     navigation=SimpleNamespace(frame="wander", gravity="centrifugal"))  # fmt: skip
     path: Any = SimpleNamespace(ellipsoid=SimpleNamespace(name="WGS-84"))

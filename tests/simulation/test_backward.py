@@ -10,11 +10,11 @@ import pytest
 
 import sinssim
 from sinssim.alignment.alignment_budget import expected_errors
-from sinssim.data import Array, Measurements, NavState
+from sinssim.data import Array, Measurements, NavState, rows_of
 from sinssim.earth.ellipsoids import WGS84, ellipsoid_by_name, in_reverse_time
 from sinssim.estimation import Block, ErrorModel, Estimate, error_model
 from sinssim.estimation.estimate import estimate
-from sinssim.estimation.linearisation import Prediction, observe, rows_of
+from sinssim.estimation.linearisation import Prediction, observe
 from sinssim.scenario import Scenario
 from sinssim.sensors.aiding_registry import KINDS, measurement_kind
 from sinssim.sensors.imu.imu_section import Imu

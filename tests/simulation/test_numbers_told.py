@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sinssim.data import Measurements
+from sinssim.data import Measurements, measurements_at
 from sinssim.errors import InputError
 from sinssim.estimation import GRAVITY, Block, ErrorModel
 from sinssim.estimation.filter_result import Divergence, Innovations, Reasons
@@ -19,7 +19,7 @@ from sinssim.scenario.filter_model import Excitation, choice, hints, notes, weig
 from sinssim.scenario.run_memory import check_memory, needed_memory
 from sinssim.scenario.unknown_gravity import UnknownGravity, gravity_notes
 from sinssim.simulation import aided_run as diagnosis
-from sinssim.simulation.aided_run import _part, _rows
+from sinssim.simulation.aided_run import _part
 from tests.scenario.test_filter_states import standing
 
 MOVED = Excitation(400.0, 0.25, 900.0)
@@ -217,12 +217,12 @@ def test_parts_of_innovations_and_readings() -> None:
     m = Measurements("baro-height", np.array([1.0, 2.0, 3.0]), np.array([1.5, 2.5, 3.5]),
                      np.array([[4.0], [5.0], [6.0]]), np.array([[7.0], [8.0], [9.0]]),
                      correlation=np.ones((3, 1, 1)))  # fmt: skip
-    some = _rows(m, np.array([True, False, True]))
+    some = measurements_at(m, np.array([True, False, True]))
     assert (some.time.tolist(), some.arrival.tolist()) == ([1.0, 3.0], [1.5, 3.5])
     assert (some.value.tolist(), some.sigma.tolist()) == ([[4.0], [6.0]], [[7.0], [9.0]])
     assert some.correlation is not None
     assert len(some.correlation) == 2
-    assert _rows(m, np.ones(3, dtype=bool)) is m
+    assert measurements_at(m, np.ones(3, dtype=bool)) is m
 
 
 @pytest.mark.parametrize(("consistent_for", "until"), [(0.0, 305.0), (310.0, 605.0), (700.0, 1205.0), (5000.0, 2000.0)])

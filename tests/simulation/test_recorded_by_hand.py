@@ -170,7 +170,7 @@ def test_another_system_of_the_vehicle_has_noise_of_its_own(monkeypatch: pytest.
         seen.append((section, seed))
         return ideal
 
-    monkeypatch.setattr("sinssim.sensors.imu.emulation.emulate", emulated)
+    monkeypatch.setattr("sinssim.simulation.aided_run.emulate", emulated)
     found = navigate_beside(scenario, truth, "laser-standard", (3.0, 2.0, -1.0))
     ((section, seed),) = seen
     assert (section.grade, section.rate_hz) == ("laser-standard", 10.0)

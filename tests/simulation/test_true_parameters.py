@@ -7,12 +7,12 @@ import pytest
 
 from sinssim.data import ImuData
 from sinssim.estimation.state_model import error_model
-from sinssim.sensors.imu import emulation
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors, WarmUp
 from sinssim.sensors.sensor_set_readings import TrueErrors
 from sinssim.sensors.sensor_set_section import Redundant
 from sinssim.sensors.single_sensors import APART
+from sinssim.simulation import truth_comparison
 from sinssim.simulation.truth_comparison import InertialParameters
 
 EDGES = 5.0 + 0.25 * np.arange(81)  # to 25 s
@@ -129,7 +129,7 @@ def test_each_block_of_a_redundant_set_has_noises_of_its_own(monkeypatch: pytest
         seeds.append(seed)
         return imu
 
-    monkeypatch.setattr(emulation, "emulate", emulated)
+    monkeypatch.setattr(truth_comparison, "emulate", emulated)
     unit = ImuErrors(triad(0.0, rate_walk=1e-9), triad(0.0))
     errors = TrueErrors(unit, single_sensors=(unit, unit))
     InertialParameters(errors, EDGES, 7, Redundant(type="redundant")).at(np.array([10.0]))

@@ -32,9 +32,8 @@ from sinssim.alignment.initial_conditions import aligned_state, alignment_sample
 from sinssim.analyses.error_budget.error_dynamics import TrueMotion, exponential, white_covariance
 from sinssim.analyses.error_budget.source_effects import Shares
 from sinssim.analyses.error_budget.source_propagation import NavigationStep, Propagation
-from sinssim.data import Array, ImuData, NavState
+from sinssim.data import Array, ImuData, NavState, rows_of
 from sinssim.earth import radii
-from sinssim.estimation.linearisation import rows_of
 from sinssim.scenario import Scenario
 from sinssim.sensors.measurement_kind import CORE, PHI, R, V, skew
 

@@ -37,7 +37,7 @@ from sinssim.analyses.error_budget.source_effects import (
     step_effects,
 )
 from sinssim.analyses.error_budget.source_propagation import Propagation, Reading
-from sinssim.data import Array, Measurements
+from sinssim.data import Array, Measurements, rows_of, solution_of
 from sinssim.estimation.error_dynamics import NominalMotion, driving_noise
 from sinssim.estimation.linearisation import (
     Linearisation,
@@ -47,8 +47,6 @@ from sinssim.estimation.linearisation import (
     linearise,
     observe,
     of_vehicle,
-    rows_of,
-    solution_of,
 )
 from sinssim.estimation.measurement_epochs import Branches, CheckedMeasurements, take_in
 from sinssim.estimation.state_model import Block, ErrorModel

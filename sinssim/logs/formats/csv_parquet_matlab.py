@@ -306,7 +306,8 @@ def write_mat(content: Content, place: Path) -> list[str]:
     for name in content.run.solutions:
         variables[_mat_name(name)] = _mat_solution(content.run.solution(name))
     if content.imu_name is not None:
-        variables["imu"] = _mat_imu(content.imu)
+        imu = content.imu
+        variables["imu"] = {"time_s": imu.time, "dtheta_rad": imu.gyro, "dvel_mps": imu.accel}
     for name, fixes in content.fixes.items():
         variables[_mat_name(name)] = {**_mat_fixes(fixes), "lever_arm_m": np.array(content.run.lever_arm(name))}
     largest = max(
@@ -341,10 +342,6 @@ def _mat_solution(s: SolutionStream) -> dict[str, Any]:
         roll, pitch, heading = rotation.euler_from_quaternion(s.q_nb)
         fields |= {"q_nb": s.q_nb, "roll_rad": roll, "pitch_rad": pitch, "heading_rad": heading}
     return fields
-
-
-def _mat_imu(imu: InertialStream) -> dict[str, Any]:
-    return {"time_s": imu.time, "dtheta_rad": imu.gyro, "dvel_mps": imu.accel}
 
 
 def _mat_fixes(f: FixStream) -> dict[str, Any]:

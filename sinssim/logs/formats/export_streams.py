@@ -40,7 +40,7 @@ class Content:
     def solution(self) -> SolutionStream:
         """The chosen solution; fixes of a receiver as a solution without attitude."""
         if self.solution_name in self.run.fixes:
-            return self._thinned(solution_of(self.fix(self.solution_name)))
+            return self._thinned(self.fix(self.solution_name).as_solution())
         return self._thinned(self.run.solution(self.solution_name))
 
     @cached_property
@@ -97,14 +97,6 @@ class Content:
         ns = np.round(time * 1e9).astype(np.int64) + 1000 * round(1e6 * (self.start_gps_s - whole))
         seconds, rest = np.divmod(ns, 1_000_000_000)
         return seconds + whole, rest
-
-
-def solution_of(fixes: FixStream) -> SolutionStream:
-    """Return fixes as a solution without attitude."""
-    f = fixes
-    return SolutionStream(
-        f.time, f.latitude, f.longitude, f.height, f.datum, f.velocity_ned, None, f.position_sigma, f.velocity_sigma
-    )
 
 
 def choose(run: RecordedRun, start_gps_s: float, names: list[str], rate_hz: float | None) -> Content:

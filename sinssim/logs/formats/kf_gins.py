@@ -46,6 +46,7 @@ from sinssim.logs.numeric_columns import check_finite, columns_of, head_numbers,
 from sinssim.logs.recorded_streams import Clock, FixStream, InertialStream, SolutionStream, Streams
 from sinssim.logs.reference_solution import TruthAt
 from sinssim.logs.stored_run import RecordedRun
+from sinssim.sensors.imu.error_term_table import of_triad
 from sinssim.units import DEG, DEG_H, DEG_SQRT_H, MGAL, MPS_SQRT_H, PPM
 
 _SOLUTION_WIDTHS = (11,)
@@ -225,7 +226,6 @@ TYPICAL = (
 def noise_of(run: RecordedRun) -> tuple[Noise, Noise] | None:
     """Return the noise of a run's gyros and accelerometers, as its [imu] section and its filter's factor give it; None
     if the run has no [imu] section, or its grade is not found any more."""
-    from sinssim.sensors.imu.error_term_table import of_triad
     from sinssim.sensors.imu.imu_section import Imu
 
     given = run.scenario.get("imu")

@@ -75,6 +75,7 @@ import numpy as np
 from sinssim.arguments import checked_imu
 from sinssim.data import Array, ImuData
 from sinssim.errors import InputError
+from sinssim.sensors.imu import emulation_kernel as kernel
 from sinssim.sensors.imu.compensation import compensate
 from sinssim.sensors.imu.error_term_table import DTHETA_STEP, DVEL_STEP
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
@@ -135,7 +136,6 @@ def digital(ideal: ImuData) -> ImuData:
 
 def _measured(felt: ImuData, packed: Packed, seed: int) -> ImuData:
     """Return the output for increments at the sensors, stages 2 to 8 without jitter."""
-    from sinssim.sensors.imu import emulation_kernel as kernel
     from sinssim.statistics.random_numbers import key
 
     key_0, key_1 = key(seed)

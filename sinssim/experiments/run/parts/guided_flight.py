@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.charts import PAIR, Axis, Chart, Charts, Line, Mark, over
-from sinssim.data import Array, NavSolution, NavState
+from sinssim.data import Array, NavSolution, NavState, rows_of, solution_of
 from sinssim.exhibits import Column, Item, Medium, Sentence, Table
 from sinssim.experiments.run.filter_exhibits import marks_of
 from sinssim.experiments.run.filter_summary import Moment, detections, moments, places_of
@@ -555,7 +555,7 @@ def _sizes(errors: PathErrors, rows: NDArray[np.bool_], names: tuple[str, ...] =
 
 def _between(there: NavState, here: NavState, time: Array, path: Trajectory) -> Array:
     """Return the places `here` less those `there` along the velocity there, to its right and up, (K, 3) m."""
-    place = NavSolution(time, here.latitude, here.longitude, here.height, here.velocity_ned, here.q_nb, 0.0 * time)
+    place = solution_of(time, here)
     north, east, down = navigation_error(there, place, path.ellipsoid).position_ned.T
     course = np.arctan2(there.velocity_ned[:, 1], there.velocity_ned[:, 0])
     c, s = np.cos(course), np.sin(course)
@@ -568,6 +568,5 @@ def _horizontal(path: Trajectory, solution: NavSolution | None, time: float) -> 
         return float("nan")
     row = np.array([np.searchsorted(solution.time, time + 1e-9, side="right") - 1])
     at = solution.time[row]
-    names = ("latitude", "longitude", "height", "velocity_ned", "q_nb", "defect")
-    there = NavSolution(at, *(getattr(solution, name)[row] for name in names))
+    there = solution_of(at, rows_of(solution, row))
     return float(navigation_error(path.state(at), there, path.ellipsoid).horizontal[0])

@@ -11,7 +11,7 @@ import numpy as np
 
 from sinssim import rotation
 from sinssim.charts import PAIR, WIDE, Axis, Chart, Charts, Line, Rule, over
-from sinssim.data import NavSolution, NavState
+from sinssim.data import NavSolution, rows_of
 from sinssim.earth.ellipsoids import WGS84
 from sinssim.estimation import Estimate
 from sinssim.exhibits import Beside, Column, Item, Section, Sentence, Table
@@ -207,7 +207,7 @@ class Log(Part["LogNumbers"]):
         """Yield map, facts and plots of the recorded motion, as the best solution has it, and the inertial data."""
         run, log = self.run, _log(self.run)
         name, best = best_solution(run, self.aided)
-        state = _state(best)
+        state = rows_of(best, slice(None))
         color = style.COLORS.get(name, style.COLORS["quaternion"])
         tracks = [maps.Track.of(name, best.time, best, style.tint(color) if log.reference is not None else color)]
         if (reference := log.reference) is not None:
@@ -221,7 +221,7 @@ class Log(Part["LogNumbers"]):
 
     def _facts(self, name: str, best: NavSolution) -> Table:
         """Return what the motion is in a few numbers, and how many measurements there are."""
-        state, time = _state(best), self.run.time
+        state, time = rows_of(best, slice(None)), self.run.time
         roll, pitch, _ = (angle / DEG for angle in rotation.euler_from_quaternion(state.q_nb))
         speed = ground_speed(state)
         sensed = [readings.measurements for readings in _log(self.run).sensed]
@@ -268,7 +268,7 @@ def recorded_errors(run: Navigated, aided: Aided | None, summary: RunSummary) ->
     if against is not None:
         items += [error_table(algorithms), note_on_errors(against)]
         if summary["failures"].keys() != algorithms.keys():
-            period = schuler_period(_state(best_solution(run, aided)[1]), WGS84)
+            period = schuler_period(rows_of(best_solution(run, aided)[1], slice(None)), WGS84)
             items += error_exhibits(Compared(run.time, known_errors(run.errors), "north"), period)
     title = "Navigation errors" if log["reference_file"] is not None else "Differences of the solutions"
     yield Section(title, items, on=("page",))
@@ -283,11 +283,6 @@ def known_errors(errors: Mapping[str, NavError]) -> dict[str, NavError]:
         if len(rows) > 1:
             known[name] = error.rows(rows)
     return known
-
-
-def _state(solution: NavSolution) -> NavState:
-    s = solution
-    return NavState(s.latitude, s.longitude, s.height, s.velocity_ned, s.q_nb)
 
 
 def _log(run: Navigated) -> RecordedLog:
