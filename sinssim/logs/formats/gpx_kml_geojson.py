@@ -78,11 +78,6 @@ _GPX_HEIGHTS = "ele", "geoidheight"
 """The height above mean sea level, and that of the geoid above the ellipsoid."""
 
 
-def recognises_gpx(path: Path, head: bytes) -> bool:
-    """Return whether a file with these first bytes may be GPX."""
-    return of_file(path, head, b"gpx")
-
-
 def read_gpx(path: Path) -> Streams:
     """Return the points of all segments of the tracks of a GPX file, in the order of the file, as fixes named "gnss";
     missing elevations are NaN."""
@@ -160,11 +155,6 @@ def _gpx_number(text: str | None) -> float:
         return float(text) if text is not None else float("nan")
     except ValueError:
         return float("nan")
-
-
-def recognises_kml(path: Path, head: bytes) -> bool:
-    """Return whether a file with these first bytes may be KML."""
-    return of_file(path, head, b"kml")
 
 
 def read_kml(path: Path) -> Streams:
@@ -365,8 +355,8 @@ def write_geojson(content: Content, place: Path) -> list[str]:
     ]
 
 
-GPX = Format(recognises_gpx, read_gpx, read_path=read_path_gpx)
-KML = Format(recognises_kml, read_kml, read_path=read_path_kml)
+GPX = Format(lambda path, head: of_file(path, head, b"gpx"), read_gpx, read_path=read_path_gpx)
+KML = Format(lambda path, head: of_file(path, head, b"kml"), read_kml, read_path=read_path_kml)
 GPX_EXPORT = Export(".gpx", "solution", write_gpx)
 KML_EXPORT = Export(".kml", "solution", write_kml)
 GEOJSON_EXPORT = Export(".geojson", "solution", write_geojson)

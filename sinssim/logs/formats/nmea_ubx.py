@@ -268,11 +268,6 @@ _CHC_FIELDS = 18
 """Numbers of a sentence that are used: from the week to the speed."""
 
 
-def recognises_chc(path: Path, head: bytes) -> bool:
-    """Return whether one of the first lines is such a sentence."""
-    return any(line[:6].decode("latin-1") in _CHC_ADDRESSES for line in head.splitlines()[:20])
-
-
 def read_chc(path: Path) -> Streams:
     """Read the readings and the solution."""
     rows: list[list[float]] = []
@@ -312,7 +307,9 @@ def read_chc(path: Path) -> Streams:
 
 
 NMEA = Format(recognises_nmea, read_nmea)
-CHC = Format(recognises_chc, read_chc)
+CHC = Format(
+    lambda _, head: any(line[:6].decode("latin-1") in _CHC_ADDRESSES for line in head.splitlines()[:20]), read_chc
+)
 NMEA_EXPORT = Export(".nmea", "solution", write_nmea)
 
 

@@ -51,11 +51,6 @@ _HEADER = 3  # bytes: size and type of a message
 _RADIUS = 6371000.0  # m, of PX4's map projection
 
 
-def recognises_ulog(path: Path, head: bytes) -> bool:
-    """Return whether the file has ULog's magic."""
-    return head.startswith(MAGIC)
-
-
 class _OnlyForward(io.BufferedReader):
     """A file that ends where its reader turns back.
 
@@ -228,7 +223,7 @@ def _clock(topics: dict[str, list[dict[str, Any]]]) -> tuple[Clock, float]:
     return Clock("machine", None, "seconds since the start of the autopilot"), 0.0
 
 
-ULOG = Format(recognises_ulog, read_ulog)
+ULOG = Format(lambda _, head: head.startswith(MAGIC), read_ulog)
 
 
 ARDUPILOT_QUALITY = {0: "no receiver", 1: "no fix", 2: "2D", 3: "single", 4: "differential", 5: "float", 6: "fixed",

@@ -45,11 +45,6 @@ _ANDROID_PROVIDERS = ("gps", "fused", "flp", "gt")
 """Sources of a fix in the order of preference; positions of the network are not used."""
 
 
-def recognises_android(path: Path, head: bytes) -> bool:
-    """Return whether the first lines name the columns of satellites' data or of fixes."""
-    return b"# Raw," in head or b"# Fix,Provider" in head
-
-
 def read_android(path: Path) -> Streams:
     """Read the sensors and the fixes."""
     names: dict[str, list[str]] = {}
@@ -157,11 +152,6 @@ def _android_fixes(
 
 _FLYSIGHT_IMU = ("time", "wx", "wy", "wz", "ax", "ay", "az")
 _FLYSIGHT_GNSS = ("lat", "lon", "hMSL", "velN", "velE", "velD", "hAcc", "vAcc", "sAcc")
-
-
-def recognises_flysight(path: Path, head: bytes) -> bool:
-    """Return whether the first line is that of a FlySight file."""
-    return head.lstrip(b"\xef\xbb\xbf").startswith(b"$FLYS")
 
 
 def read_flysight(path: Path) -> Streams:
@@ -288,5 +278,5 @@ def _vbox_clock(stamps: np.ndarray[tuple[int], np.dtype[np.float64]], first: str
 
 
 VBOX = Format(recognises_vbox, read_vbox)
-FLYSIGHT = Format(recognises_flysight, read_flysight)
-ANDROID = Format(recognises_android, read_android)
+FLYSIGHT = Format(lambda _, head: head.lstrip(b"\xef\xbb\xbf").startswith(b"$FLYS"), read_flysight)
+ANDROID = Format(lambda _, head: b"# Raw," in head or b"# Fix,Provider" in head, read_android)
