@@ -201,11 +201,6 @@ class DisturbingField:
         """The coefficients for the kernels."""
         return harmonic_table(self._coefficients)
 
-    @cached_property
-    def shortest(self) -> float:
-        """Length over which the field changes by its own size: that of the highest degree, R/N, m."""
-        return self._coefficients.radius / self.degree
-
     def potential_and_gradient(self, r: ArrayLike) -> tuple[Array, Array]:
         """Return the disturbing potential T, (...) m²/s², and its gradient, (..., 3) m/s², at positions in Earth-fixed
         axes, (..., 3) m."""

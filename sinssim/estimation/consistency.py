@@ -90,7 +90,6 @@ class SensorConsistency:
     expected: float  # expected number of rejections
     tests: tuple[ChiSquare, ...]  # NIS, whiteness, slow parts; none with too few readings
     autocorrelation: Array  # ρ of the lags 1 …, (m,); its 1σ is 1/√(Nk)
-    autocorrelation_sigma: float  # that 1σ
     verdict: str
     """One of `MEANING`, "consistent", or "unknown" with too few readings."""
 
@@ -152,9 +151,7 @@ def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> 
     # a gate truncates χ²: x f_k(x) = k f_{k+2}(x), so that E(χ² | χ² ≤ b) = k F_{k+2}/F_k
     e /= np.sqrt(scipy.special.chdtr(k + 2, bound) / scipy.special.chdtr(k, bound))
     if len(e) < _FEWEST and not rejected:
-        return SensorConsistency(
-            innovations.sensor, count, rejected, allowed * count, (), np.zeros(0), np.nan, "unknown"
-        )
+        return SensorConsistency(innovations.sensor, count, rejected, allowed * count, (), np.zeros(0), "unknown")
     tests, rho = [], np.zeros(0)
     if len(e) >= _FEWEST:
         tests.append(chi2_test("NIS", _dot(e, e), e.size))
@@ -183,10 +180,7 @@ def sensor_consistency(innovations: Innovations, level: float = FALSE_ALARM) -> 
             verdict = "optimistic" if slow[-1].value > 1.0 else "pessimistic"
         elif failed and failed[0].value > 1.0:
             verdict = "coloured"
-    return SensorConsistency(
-        innovations.sensor, count, rejected, allowed * count, tuple(tests), rho,
-        float(1.0 / np.sqrt(max(e.size, 1))), verdict,
-    )  # fmt: skip
+    return SensorConsistency(innovations.sensor, count, rejected, allowed * count, tuple(tests), rho, verdict)
 
 
 MEANING = {
