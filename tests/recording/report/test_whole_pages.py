@@ -107,7 +107,7 @@ def log_page(monkeypatch: pytest.MonkeyPatch, run: Any, of: Any) -> list[str]:
     stand_in_items(monkeypatch, run_report, "error_table", "filter_exhibits", "after_filter", "computed_with")
     stand_in_items(monkeypatch, motion_source, "error_table", "error_exhibits", "note_on_errors")
     monkeypatch.setattr(motion_source, "best_solution", lambda *_: ("poisson", None))
-    monkeypatch.setattr(motion_source, "_state", lambda _: None)
+    monkeypatch.setattr(motion_source, "rows_of", lambda *_: None)
     monkeypatch.setattr(motion_source, "schuler_period", lambda *_: None)
     return body(page_of(run_report.run_exhibits(run, of)))
 
