@@ -49,7 +49,4 @@ SHIPPED = tuple(REGISTRY.shipped)
 LINEAR = ("error-state", "invariant")
 """Kinds whose covariance is moved by Φ, so that they can be smoothed."""
 
-GRAVITY = "gravity disturbance"
-"""The states of the gravity that the navigator does not know."""
-
 __getattr__, __dir__, __all__ = on_first_use(__name__)

@@ -55,8 +55,7 @@ import numpy as np
 from sinssim import earth, rotation
 from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
-from sinssim.estimation import GRAVITY
-from sinssim.estimation.state_model import FLICKER, INERTIAL, ErrorModel, places_of
+from sinssim.estimation.state_model import FLICKER, GRAVITY, INERTIAL, ErrorModel, places_of
 from sinssim.sensors.measurement_kind import CORE, PHI, R, V, earth_rate, earth_rate_slope, skew
 from sinssim.strapdown.navigation_error import turn_of_north
 

@@ -10,8 +10,7 @@ from sinssim import earth
 from sinssim.alignment.alignment_in_motion import align_by_course, align_in_motion
 from sinssim.alignment.initial_conditions import STATES, aligned_at_rest, initial_covariance
 from sinssim.data import Array, ImuData, Measurements, NavState
-from sinssim.estimation import GRAVITY
-from sinssim.estimation.state_model import FLICKER, Block, ErrorModel
+from sinssim.estimation.state_model import FLICKER, GRAVITY, Block, ErrorModel
 from sinssim.sensors.imu.generated_imu_keys import TriadErrors
 from sinssim.sensors.imu.imu_errors import ImuErrors
 from sinssim.sensors.measurement_kind import CORE, PHI

@@ -28,14 +28,13 @@ import numpy as np
 from sinssim import earth, rotation
 from sinssim.data import Array, NavState
 from sinssim.earth.ellipsoids import Ellipsoid
-from sinssim.estimation import GRAVITY
 from sinssim.estimation.error_dynamics import (
     earth_from_ned,
     local_from_earth,
     rates_of_decay,
     reading_error,
 )
-from sinssim.estimation.state_model import ErrorModel
+from sinssim.estimation.state_model import GRAVITY, ErrorModel
 from sinssim.sensors.measurement_kind import CORE, PHI, R, V
 
 

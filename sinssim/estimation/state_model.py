@@ -51,6 +51,9 @@ MOST_PROCESSES = 9
 NAVIGATION = ("position", "velocity", "attitude")
 """The first blocks of every model, in this order."""
 
+GRAVITY = "gravity disturbance"
+"""The states of the gravity that the navigator does not know."""
+
 _PROCESSES = tuple(f"flicker {k + 1}" for k in range(MOST_PROCESSES))
 
 BLOCKS: dict[str, tuple[tuple[str, ...], str]] = {
@@ -81,7 +84,7 @@ BLOCKS: dict[str, tuple[tuple[str, ...], str]] = {
         for name in _PROCESSES
     },
     "gyro g-sensitivity": (tuple(f"{i}{j}" for i in "xyz" for j in "xyz"), "rad/s/(m/s²)"),
-    "gravity disturbance": (_NED, "m/s²"),
+    GRAVITY: (_NED, "m/s²"),
     "gnss lever arm": (_BODY, "m"),
     "gnss time offset": (("",), "s"),
 }

@@ -33,8 +33,7 @@ from numpy.typing import ArrayLike
 from sinssim import units
 from sinssim.data import Array
 from sinssim.earth.ellipsoids import OMEGA_IE
-from sinssim.estimation import GRAVITY
-from sinssim.estimation.state_model import FLICKER, Block, ErrorModel, error_model
+from sinssim.estimation.state_model import FLICKER, GRAVITY, Block, ErrorModel, error_model
 from sinssim.scenario import Scenario
 from sinssim.scenario.filter_section import FILTER_STATES, OF_THREE_AXES
 from sinssim.scenario.planned_limits import expected_duration

@@ -19,7 +19,8 @@ from pydantic import (
 )
 
 from sinssim.errors import unknown_name
-from sinssim.estimation import GRAVITY, KINDS, LINEAR, SHIPPED
+from sinssim.estimation import KINDS, LINEAR, SHIPPED
+from sinssim.estimation.state_model import GRAVITY
 from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.aiding_registry import BROKEN, CLASSES, sensor_class
 from sinssim.sensors.aiding_sensor import AidingSensor

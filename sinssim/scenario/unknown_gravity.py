@@ -25,8 +25,7 @@ import numpy as np
 
 from sinssim.data import Array
 from sinssim.earth import gravity_ned
-from sinssim.estimation import GRAVITY
-from sinssim.estimation.state_model import Block
+from sinssim.estimation.state_model import GRAVITY, Block
 from sinssim.scenario import Scenario
 from sinssim.scenario.planned_limits import expected_duration
 from sinssim.scenario.true_motion import true_motion, unknown_field

@@ -238,15 +238,9 @@ def filtered(
     kappa = section.vibration_noise
     added = added or (vibration_noise(vibration(start.imu), kappa, kappa).plus(bridged) if kappa else bridged)
     options |= {"axes": axes, "added_noise": added, "encoders": encoders}
+    smooth = section.smooth and history
     filter_estimate = estimate(
-        start.imu,
-        start.state,
-        readings,
-        model,
-        covariance=start.covariance,
-        smooth=section.smooth and history,
-        history=history,
-        **options,
+        start.imu, start.state, readings, model, covariance=start.covariance, smooth=smooth, history=history, **options
     )
     if history and section.diagnose:
         filter_estimate = diagnosed(filter_estimate, start, readings, options, progress)

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sinssim.data import Array, ImuData, NavSolution, blocks, rows_of, short_repr, solution_of
-from sinssim.estimation import GRAVITY, ErrorModel, Estimate, nominal_errors, state_errors
+from sinssim.estimation import ErrorModel, Estimate, nominal_errors, state_errors
 from sinssim.estimation.error_dynamics import remaining
-from sinssim.estimation.state_model import FLICKER, INERTIAL, NAVIGATION, crossing_time, values_of
+from sinssim.estimation.state_model import FLICKER, GRAVITY, INERTIAL, NAVIGATION, crossing_time, values_of
 from sinssim.sensors.aiding_sensor import AidingReadings
 from sinssim.sensors.fault_detection import combine
 from sinssim.sensors.flicker import smoothed_over

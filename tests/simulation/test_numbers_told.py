@@ -11,8 +11,9 @@ import pytest
 
 from sinssim.data import Measurements, measurements_at
 from sinssim.errors import InputError
-from sinssim.estimation import GRAVITY, Block, ErrorModel
+from sinssim.estimation import Block, ErrorModel
 from sinssim.estimation.filter_result import Divergence, Innovations, Reasons
+from sinssim.estimation.state_model import GRAVITY
 from sinssim.logs.log_files import recorded_errors
 from sinssim.scenario import Scenario, filter_model, run_memory, unknown_gravity
 from sinssim.scenario.filter_model import Excitation, choice, hints, notes, weights

@@ -12,7 +12,7 @@ import numpy as np
 from sinssim import units
 from sinssim.charts import Axis, Band, Chart, Charts, Cloud, Dots, Histogram, Line, Mark, Rule, in_rows
 from sinssim.data import Array
-from sinssim.estimation import GRAVITY
+from sinssim.estimation.state_model import GRAVITY
 from sinssim.exhibits import Column, Exhibits, Interactive, Item, Section, Sentence, Table, Verbatim, definitions
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, VECTORS
 from sinssim.experiments.ensembles.ensemble_result import EnsembleResult, MeanSquare

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sinssim.data import Array, html_table, short_repr
 from sinssim.errors import InputError
-from sinssim.estimation import GRAVITY
+from sinssim.estimation.state_model import GRAVITY
 from sinssim.experiments.ensembles.ensemble_errors import COMPONENTS, EVERYTHING, VECTORS, Errors, write_tables
 from sinssim.experiments.ensembles.ensemble_plan import ALL, Member, Plan, member
 from sinssim.recording.result import Media, Result
