@@ -131,6 +131,19 @@ def remaining(model: ErrorModel, true: Mapping[str, Array], known: Mapping[str, 
     return out
 
 
+def with_products(model: ErrorModel, covariance: Array) -> Array:
+    """Return a covariance of parameters, (n, n), as that of the states (6): the diagonal of X has −(M²)_ii beside the
+    scale factor, which matters where this is known better than the square of a misalignment."""
+    out = covariance.copy()
+    for triad in ("gyro", "accelerometer"):
+        scale, tilts = (model.slices.get(f"{triad} {what}") for what in ("scale", "misalignment"))
+        if scale is not None and tilts is not None:
+            variance = np.zeros((3, 3))
+            variance[_AXES] = covariance[tilts, tilts].diagonal()
+            out[scale, scale] += np.diag(np.sum(variance * variance.T, axis=1))
+    return out
+
+
 def calibrated(model: ErrorModel, known: Array, fed: Array) -> tuple[Array, Array | None]:
     """Return the compensated values after errors, (n,), were fed back to `known` ones, (n,), and the matrix by which
     the remaining errors are those about the old values less what was fed back, (n, n), None for 1: (7)."""

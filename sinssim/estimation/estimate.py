@@ -29,7 +29,7 @@ from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState, so
 from sinssim.earth.gravity_disturbance import DisturbingField
 from sinssim.errors import InputError, RunError, check_name, shortened
 from sinssim.estimation import LINEAR, SHIPPED
-from sinssim.estimation.error_dynamics import driving_noise
+from sinssim.estimation.error_dynamics import driving_noise, with_products
 from sinssim.estimation.filter_loop import Loop
 from sinssim.estimation.filter_result import Estimate, Innovations
 from sinssim.estimation.innovation_gate import contradiction
@@ -281,7 +281,7 @@ def _estimate(
         model, driving_noise(model), epochs, readings, MeanGyroRates(imu), mechanization.gravity, mechanization.earth,
         long_rows=len(engine.time) - 1 < len(imu), added=how.added_noise, encoders=how.encoders,
     )  # fmt: skip
-    covariance = _initial_covariance(model, how.covariance)
+    covariance = with_products(model, _initial_covariance(model, how.covariance))
     loop = Loop(
         around, engine, covariance, how.gate, how.monitor_s, how.smooth or how.history, how.row_s, how.kind, how.seed
     )

@@ -12,7 +12,7 @@ import sinssim
 from sinssim.alignment.alignment_budget import expected_errors
 from sinssim.data import Array, ImuData, Measurements
 from sinssim.estimation import error_model
-from sinssim.estimation.error_dynamics import calibrated, reading_error, remaining
+from sinssim.estimation.error_dynamics import calibrated, reading_error, remaining, with_products
 from sinssim.estimation.estimate import estimate
 from sinssim.estimation.state_model import INERTIAL, block_of_term, values_of
 from sinssim.scenario import load_scenario
@@ -142,6 +142,21 @@ def test_large_errors_are_fed_back_without_a_remainder(tilted: bool) -> None:
     assert np.abs(rest).max() < 1e-15
     np.testing.assert_allclose(after, turn @ (before - fed), atol=1e-15)
     np.testing.assert_allclose(left(calibrated(model, known, before)[0])[0], 0.0, atol=1e-15)
+
+
+@pytest.mark.parametrize("scale_ppm", [1.0, 200.0])
+def test_a_scale_factor_known_better_than_the_squares_of_misalignments(scale_ppm: float) -> None:
+    """σ of the states at the start against 20 000 sensors with misalignments of 10 mrad: to four of its own σ, 2 %."""
+    triad = TriadErrors(scale=np.full(3, 1e-6 * scale_ppm), misalignment=0.01 * (1.0 - np.eye(3)))
+    model = error_model(ImuErrors(triad, triad), **START, imu=ALL_STATES)
+    rng = np.random.default_rng(7)
+    sigma = {block.name: np.broadcast_to(block.sigma, model.slices[block.name].stop - model.slices[block.name].start)
+             for block in model.blocks}  # fmt: skip
+    true = {name: of * rng.standard_normal((20_000, len(of))) for name, of in sigma.items()}
+    states = remaining(model, true, {name: np.zeros_like(value) for name, value in true.items()})
+    expected = np.sqrt(with_products(model, model.covariance).diagonal())
+    for name in ("gyro scale", "accelerometer scale", "gyro misalignment", "accelerometer misalignment"):
+        assert states[name].std(axis=0) == pytest.approx(expected[model.slices[name]], rel=0.02)
 
 
 def test_what_no_sensor_is_wrong_by_is_fed_back_as_a_difference() -> None:
