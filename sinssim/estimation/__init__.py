@@ -49,4 +49,7 @@ SHIPPED = tuple(REGISTRY.shipped)
 LINEAR = ("error-state", "invariant")
 """Kinds whose covariance is moved by Φ, so that they can be smoothed."""
 
+GATE = 1e-4
+"""Fraction of correct measurements that the gate of a filter rejects, unless another is given."""
+
 __getattr__, __dir__, __all__ = on_first_use(__name__)

@@ -28,7 +28,7 @@ from sinssim.arguments import checked_initial, doubles, number
 from sinssim.data import Array, ImuData, Measurements, NavSolution, NavState, solution_of
 from sinssim.earth.gravity_disturbance import DisturbingField
 from sinssim.errors import InputError, RunError, check_name, shortened
-from sinssim.estimation import LINEAR, SHIPPED
+from sinssim.estimation import GATE, LINEAR, SHIPPED
 from sinssim.estimation.error_dynamics import driving_noise, with_products
 from sinssim.estimation.filter_loop import Loop
 from sinssim.estimation.filter_result import Estimate, Innovations
@@ -189,7 +189,7 @@ def estimate(
     covariance: Array | None = None,
     loop: str = "closed",
     rate_hz: float = 10.0,
-    gate: float | None = 1e-4,
+    gate: float | None = GATE,
     monitor_s: float = 0.0,
     feedback_s: float = 64.0,
     smooth: bool = False,

@@ -19,7 +19,7 @@ from pydantic import (
 )
 
 from sinssim.errors import unknown_name
-from sinssim.estimation import KINDS, LINEAR, SHIPPED
+from sinssim.estimation import GATE, KINDS, LINEAR, SHIPPED
 from sinssim.estimation.state_model import GRAVITY
 from sinssim.sensors.aiding.gnss import Gnss
 from sinssim.sensors.aiding_registry import BROKEN, CLASSES, sensor_class
@@ -148,7 +148,7 @@ class _FilterKeys(Section):
         description="rate of the covariance prediction; its interval is rounded to whole samples of the IMU",
     )
     gate: float = Field(
-        default=1e-4,
+        default=GATE,
         ge=0.0,
         lt=1.0,
         description="fraction of correct measurements that the gate may reject; 0 rejects none",

@@ -5,10 +5,10 @@ near its end it goes over to the course of the motion that follows. A standstill
 of standstill and ends at that speed, so that noise about one limit does not switch it on and off. The positions of a
 receiver at rest wander faster than that, but they stay where they are: a noisy track stands wherever it gets on, over
 10 to 40 s, by less than half the speed of standstill. The heading is then that of the mean motion of the five seconds
-before, and after, the standstill, because the course at its edges is mostly noise. The pitch is held in
-the same way below five times these speeds, because the slope of a slow path is mostly noise; it is the mean slope of
-the five seconds before, and after, a standstill. Directions are unit vectors in Earth-fixed axes, which no pole and no
-meridian disturbs; a held one is carried along parallel to itself.
+before, and after, the standstill, because the course at its edges is mostly noise. The pitch is held in the same way
+below five times these speeds, because the slope of a slow path is mostly noise; it is the mean slope of the five
+seconds before, and after, a standstill. Directions are unit vectors in Earth-fixed axes, which no pole and no meridian
+disturbs; a held one is carried along parallel to itself.
 
 The roll of an aircraft makes the lateral specific force zero, f·y = 0, the rotation of the Earth included; on a level
 circle tan φ = v²/(gR) to that extent.
