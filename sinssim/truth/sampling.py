@@ -95,6 +95,8 @@ class BlockMotion:
 
     start: float
     end: float
+    smooth = False
+    """Whether state and rates are smooth between `breaks`, with no significant content beyond `fastest`, rad/s."""
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.start:g} … {self.end:g} s)"
@@ -148,11 +150,25 @@ class Channel:
     unit: str  # unit of the values in customary notation, "" for a pure number
 
 
-# Eight Gauss-Legendre points on a panel of two radians of the fastest oscillation have an error of 2e-18 of its
-# amplitude: 2^17 (8!)^4 / (17 (16!)^3) (Abramowitz and Stegun 25.4.30).
-_POINTS = 8
-_PHASE = 2.0  # rad
+# Phase of the fastest oscillation, rad, on the longest panel of n Gauss-Legendre points. Its error is φ^(2n+1) (n!)^4 /
+# ((2n+1) ((2n)!)^3) of the amplitude (Abramowitz and Stegun 25.4.30): 2e-18, 1e-18 and 1e-19.
+_LONGEST = {8: 2.0, 12: 6.4, 16: 12.0}
 _CHUNK = 8192  # panels evaluated at once
+
+
+def breaks_between(breaks: ArrayLike, first: float, last: float) -> Array:
+    """Return the instants, (K,) s, that lie between two others."""
+    inside = np.asarray(breaks, dtype=np.float64)
+    return inside[(inside > first) & (inside < last)]
+
+
+def panels(corners: Array, least: float) -> tuple[Array, Array]:
+    """Return beginnings and lengths, (P,) s, of equal parts of consecutive intervals, `least` of them or more per
+    second."""
+    parts = np.maximum(np.ceil(np.diff(corners) * least).astype(np.intp), 1)
+    length = np.repeat(np.diff(corners) / parts, parts)
+    within = np.arange(len(length)) - np.repeat(np.cumsum(parts) - parts, parts)
+    return np.repeat(corners[:-1], parts) + within * length, length
 
 
 def integrate_samples(
@@ -162,20 +178,18 @@ def integrate_samples(
     breaks: ArrayLike = (),
     columns: int = 6,
     *,
-    points: int = _POINTS,
+    points: int | None = None,
 ) -> Array:
     """Return the integrals (N, columns) of a function over consecutive intervals by Gauss-Legendre quadrature.
 
     The function takes instants, (M,) s, returns (M, columns), has no significant content beyond the angular frequency
-    `fastest`, rad/s, and is smooth between `breaks`, (K,) s. A panel has the given number of points.
+    `fastest`, rad/s, and is smooth between `breaks`, (K,) s. A panel has the given number of points; by default, the
+    one of `_LONGEST` with which the longest interval has the fewest.
     """
-    inside = np.asarray(breaks, dtype=np.float64)
-    inside = inside[(inside > edges[0]) & (inside < edges[-1])]
-    corners = np.union1d(edges, inside)
-    parts = np.maximum(np.ceil(np.diff(corners) * fastest / _PHASE).astype(np.intp), 1)
-    length = np.repeat(np.diff(corners) / parts, parts)
-    within = np.arange(len(length)) - np.repeat(np.cumsum(parts) - parts, parts)
-    left = np.repeat(corners[:-1], parts) + within * length
+    corners = np.union1d(edges, breaks_between(breaks, edges[0], edges[-1]))
+    phase = float(np.diff(corners).max()) * fastest
+    points = points or min(_LONGEST, key=lambda n: n * np.ceil(phase / _LONGEST[n]) or n)
+    left, length = panels(corners, fastest / _LONGEST.get(points, 2.0))
     # a break may lie within rounding of the last edge
     sample = np.minimum(np.searchsorted(edges, left + 0.5 * length, side="right") - 1, len(edges) - 2)
 
@@ -186,10 +200,10 @@ def integrate_samples(
         half = 0.5 * length[part, None]
         time = left[part, None] + half + half * nodes
         values = rates(time.reshape(-1)).reshape(-1, points, columns)
-        panels = half * np.einsum("j,nji->ni", weights, values)
+        sums = half * np.einsum("j,nji->ni", weights, values)
         starts = np.flatnonzero(np.diff(sample[part], prepend=-1))
         # a chunk may begin in the middle of a sample, so its sums are added
-        totals[sample[part][starts]] += np.add.reduceat(panels, starts, axis=0)
+        totals[sample[part][starts]] += np.add.reduceat(sums, starts, axis=0)
     return totals
 
 

@@ -104,3 +104,21 @@ def test_a_break_within_rounding_of_the_last_edge_belongs_to_the_last_sample() -
     edges = np.arange(2101) / 10.0
     whole = integrate_samples(lambda t: np.ones((len(t), 1)), edges, 1.0, [np.nextafter(210.0, 0.0)], 1)
     np.testing.assert_allclose(whole[:, 0], np.diff(edges), rtol=1e-12)
+
+
+@pytest.mark.parametrize("phase", [0.1, 1.9, 2.1, 6.3, 6.5, 11.9, 12.1, 150.0])
+def test_an_oscillation_is_integrated_to_rounding_however_many_points_a_panel_has(phase: float) -> None:
+    """∫cos(ωt) dt = [sin(ωt)]/ω; an interval of long phase needs less than half as many instants as panels of 2 rad."""
+    edges, asked = np.arange(41) / 10.0, 0
+
+    def oscillation(t: np.ndarray) -> np.ndarray:
+        nonlocal asked
+        asked += len(t)
+        return np.column_stack([np.cos(10.0 * phase * t), np.sin(10.0 * phase * t)])
+
+    whole = integrate_samples(oscillation, edges, 10.0 * phase, columns=2)
+    angle = 10.0 * phase * edges
+    exact = np.column_stack([np.diff(np.sin(angle)), -np.diff(np.cos(angle))]) / (10.0 * phase)
+    np.testing.assert_allclose(whole, exact, rtol=0.0, atol=1e-16 * (2.0 + phase * 40.0))
+    if phase > 4.0:
+        assert asked <= 0.5 * 40 * 8 * np.ceil(phase / 2.0)

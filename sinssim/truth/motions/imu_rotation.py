@@ -446,9 +446,9 @@ class Indexed(_InTurns):
 Rotation = Annotated[Continuous | Reversing | Indexed, Field(discriminator="type")]
 
 
-_SLOW, _FEW, _MANY = 0.2, 4, 8
+_SLOW, _FEW = 0.2, 4
 """Phase of the fastest oscillation in a sample, rad, up to which four Gauss-Legendre points have an error of 3e-16 of
-its amplitude (Abramowitz and Stegun 25.4.30), and the points below and above it."""
+its amplitude (Abramowitz and Stegun 25.4.30), and their number."""
 
 
 class TurningBlock(DerivedMotion):
@@ -489,7 +489,7 @@ class TurningBlock(DerivedMotion):
             parts[0] += self.turns.rate(t)
             return np.concatenate(parts, axis=1)
 
-        points = _FEW if self.fastest <= _SLOW * rate_hz else _MANY
+        points = _FEW if self.fastest <= _SLOW * rate_hz else None
         change = integrate_samples(turned, edges, self.fastest, self.breaks, points=points)
         return ImuData(
             edges,
