@@ -235,6 +235,8 @@ class OnEarth(ClosedForm):
         InputError: the latitude is beyond a pole, the duration is not positive, or the gravity model is unknown.
     """
 
+    smooth = True
+
     def __init__(
         self,
         motion: AnalyticMotion,
@@ -285,6 +287,15 @@ class OnEarth(ClosedForm):
     def increments(self, rate_hz: float) -> ImuData:
         """Return increments: the motion's closed form plus the Earth's part; see `Trajectory.increments`."""
         edges = sample_edges(self.start, self.end, rate_hz)
+        if isinstance(self.motion, ByQuadrature):
+            from sinssim.truth.motions.mounted_block import interpolated  # needs the compiler
+
+            def both(t: Array) -> Array:
+                return np.concatenate(self._rates(t), axis=1)
+
+            rates = interpolated(both, self.fastest, self.breaks) if self.fastest < rate_hz else both
+            whole = integrate_samples(rates, edges, self.fastest, self.breaks)
+            return ImuData(edges, whole[:, :3], whole[:, 3:])
         of_earth = integrate_samples(self._earth_part, edges, self.fastest, self.breaks)
         left, right = edges[:-1], edges[1:]
         return ImuData(

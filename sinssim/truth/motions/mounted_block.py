@@ -15,6 +15,7 @@ increments do not need ω̇, which trajectories do not provide: integration by p
     ∫D(ω̇ × p) dt = [D(ω × p)] + ∫ w × D(ω × p) dt − ∫D(ω × ṗ) dt
 
 They are the vehicle's own increments plus the changes by vibration, computed to rounding by Gauss-Legendre quadrature.
+At the many instants that a fast vibration needs, polynomials give the motion of a vehicle that is smooth.
 Only `rates`, at single instants, computes ω̇ from differences of ω over a millisecond.
 
 `velocity_increments` are the exact integrals of the specific force at several points on lever arms.
@@ -32,10 +33,18 @@ from sinssim.data import Array, ImuData, NavState
 from sinssim.errors import InputError, unknown_name
 from sinssim.jit import kernel
 from sinssim.truth.motions.vibration import COORDINATE_NUMBER, COORDINATES, Tone
-from sinssim.truth.sampling import block_state, check_instants, integrate_samples, sample_edges
+from sinssim.truth.sampling import (
+    block_state,
+    breaks_between,
+    check_instants,
+    integrate_samples,
+    panels,
+    sample_edges,
+)
 from sinssim.truth.trajectory import DerivedMotion, Trajectory
 
 _STEP = 2.5e-4  # s, of the five-point difference for ω̇
+_REACH = 2.01 * _STEP  # s, of its middle from the ends of a piece
 # Coefficients by power of the offset, in steps, of the polynomial through values at offsets −2...2.
 _FIVE_POINTS = np.linalg.inv(np.vander(np.arange(-2.0, 3.0), increasing=True))
 
@@ -78,6 +87,52 @@ def _sum_tones(
             value[i, j], first[i, j], second[i, j] = v0, v1, v2
 
 
+_NODES, _PIECE = 16, 2.0
+"""Chebyshev nodes of a polynomial, and phase of the fastest oscillation along it, rad: its error is (φ/2)^n / (2^(n−1)
+n!), 1.5e-18 of the amplitude (Abramowitz and Stegun 25.2.2 at the zeros of T_n)."""
+
+
+@kernel
+def _sum_chebyshev(t: Array, left: Array, length: Array, terms: Array, out: Array) -> None:
+    """Evaluate the polynomials of pieces at increasing instants by Clenshaw's recurrence; terms (P, n, C)."""
+    piece, columns = 0, terms.shape[2]
+    last, before = np.empty(columns), np.empty(columns)
+    for i in range(len(t)):
+        while piece + 1 < len(left) and t[i] >= left[piece + 1]:
+            piece += 1
+        x = min(max(2.0 * (t[i] - left[piece]) / length[piece] - 1.0, -1.0), 1.0)
+        last[:], before[:] = 0.0, 0.0
+        for n in range(terms.shape[1] - 1, 0, -1):
+            for j in range(columns):
+                now = terms[piece, n, j] + 2.0 * x * last[j] - before[j]
+                before[j], last[j] = last[j], now
+        for j in range(columns):
+            out[i, j] = terms[piece, 0, j] + x * last[j] - before[j]
+
+
+def interpolated(of: Callable[[Array], Array], fastest: float, breaks: ArrayLike) -> Callable[[Array], Array]:
+    """Return a function that gives the values of another one, to rounding, at many increasing instants from few.
+
+    The other takes instants, (M,) s, returns (M, C), and is smooth between `breaks`, (K,) s, without significant
+    content beyond `fastest`, rad/s.
+    """
+    angle = np.pi * (np.arange(_NODES) + 0.5) / _NODES
+    to_terms = 2.0 / _NODES * np.cos(np.multiply.outer(np.arange(_NODES), angle))
+    to_terms[0] *= 0.5
+
+    def values(t: Array) -> Array:
+        corners = np.concatenate([t[:1], np.unique(breaks_between(breaks, t[0], t[-1])), t[-1:]])
+        left, length = panels(corners, fastest / _PIECE)
+        nodes = left[:, None] + 0.5 * length[:, None] * (1.0 + np.cos(angle))
+        at_nodes = of(nodes.ravel())
+        terms = np.matmul(to_terms, at_nodes.reshape(len(left), _NODES, -1))
+        out = np.empty((len(t), at_nodes.shape[1]))
+        _sum_chebyshev(t, left, length, terms, out)
+        return out
+
+    return values
+
+
 class Vibrating(DerivedMotion):
     """A motion with added vibration, lever arm and mounting; see the module's text.
 
@@ -113,6 +168,9 @@ class Vibrating(DerivedMotion):
         self._lever = np.asarray(lever_arm, dtype=np.float64)
         self._q_bs = rotation.normalize(q_bs)
         self._spin = np.array([0.0, 0.0, base.ellipsoid.omega])
+        smooth = bool(getattr(base, "smooth", False))
+        self.smooth = smooth and not tones and part is None
+        self._fastest_of_base = self.fastest if smooth else np.inf
         # Products of two vibrating quantities have twice the frequency.
         self.fastest = 2.0 * float(self._omega.max(initial=0.0)) + self.fastest
 
@@ -160,18 +218,19 @@ class Vibrating(DerivedMotion):
             position.reshape(*shape, 3), velocity.reshape(*shape, 3), q_es.reshape(*shape, 4), self.ellipsoid
         )
 
-    def _gravitation_change(self, t: Array, p: Array) -> Array:
+    def _gravitation_change(self, position: Array, q_eb: Array, p: Array) -> Array:
         """Return C_be (γ(r') − γ(r)), (N, 3) m/s²."""
-        if not p.any():
-            return np.zeros_like(p)
-        position, _, q_eb = self._base_state(t)
         change = earth.gravitation_ecef(position + rotation.rotate(q_eb, p), self.gravity, self.ellipsoid)
         change -= earth.gravitation_ecef(position, self.gravity, self.ellipsoid)
         return rotation.rotate(rotation.conjugate(q_eb), change)
 
     def _angular_acceleration(self, t: Array) -> Array:
         """Return ω̇ of the vehicle from the polynomial through five neighbouring instants, (N, 3) rad/s²."""
-        centre = np.clip(t, self.start + 2.0 * _STEP, self.end - 2.0 * _STEP)
+        corners = np.array([self.start, *np.unique(breaks_between(self.breaks, self.start, self.end)), self.end])
+        piece = np.clip(np.searchsorted(corners, t, side="right"), 1, len(corners) - 1)
+        first, last = corners[piece - 1] + _REACH, corners[piece] - _REACH  # on one side of every break
+        centre = np.where(first < last, np.clip(t, first, last), 0.5 * (first + last))
+        centre = np.clip(centre, self.start + 2.0 * _STEP, self.end - 2.0 * _STEP)
         x = (t - centre) / _STEP
         slope = np.stack([np.zeros_like(x), np.ones_like(x), 2.0 * x, 3.0 * x**2, 4.0 * x**3], axis=1)
         weights = slope @ _FIVE_POINTS / _STEP
@@ -181,20 +240,31 @@ class Vibrating(DerivedMotion):
     def _rates(self, time: Array) -> tuple[Array, Array]:
         omega, force = self.base.rates(time)
         q_vb, w, p, p1, p2 = self._vibration(time)
-        force = force + p2 + np.cross(omega, 2.0 * p1 + np.cross(omega, p)) - self._gravitation_change(time, p)
+        force = force + p2 + np.cross(omega, 2.0 * p1 + np.cross(omega, p))
         if p.any():
+            position, _, q_eb = self._base_state(time)
+            force -= self._gravitation_change(position, q_eb, p)
             force += np.cross(self._angular_acceleration(time), p)
         q_sb = rotation.conjugate(self._q_bs)
         return rotation.rotate(q_sb, rotation.rotate(q_vb, omega) + w), rotation.rotate(
             q_sb, rotation.rotate(q_vb, force)
         )
 
-    def _change(self, t: Array) -> Array:
+    def _vehicle(self, t: Array) -> Array:
+        """Return ω, f, position and q_eb of the vehicle, side by side, (N, 13); the quaternion's sign is continuous."""
+        position, _, q_eb = self._base_state(t)
+        turned = np.cumprod(np.where(np.einsum("ni,ni->n", q_eb[1:], q_eb[:-1]) < 0.0, -1.0, 1.0))
+        q_eb[1:] *= turned[:, None]
+        return np.concatenate([*self.base.rates(t), position, q_eb], axis=1)
+
+    def _change(self, t: Array, vehicle: Callable[[Array], Array]) -> Array:
         """Return the contribution of the vibration to the integrands, side by side, (N, 6)."""
-        omega, force = self.base.rates(t)
+        omega, force, position, q_eb = np.split(vehicle(t), (3, 6, 9), axis=1)
         q_vb, w, p, p1, p2 = self._vibration(t)
         arm = np.cross(omega, p)
-        extra = p2 + np.cross(omega, p1 + arm) - self._gravitation_change(t, p)
+        extra = p2 + np.cross(omega, p1 + arm)
+        if p.any():
+            extra -= self._gravitation_change(position, q_eb, p)
         extra = rotation.rotate(q_vb, extra) + np.cross(w, rotation.rotate(q_vb, arm))
         # (D − I) v without the cancellation in Dv − v: −2 s₀ u × v + 2 u × (u × v) for D = conj(s₀, u)
         u, s0 = -q_vb[:, 1:], q_vb[:, :1]
@@ -205,7 +275,9 @@ class Vibrating(DerivedMotion):
         """Return exact increments by Gauss-Legendre quadrature; see `Trajectory.increments`."""
         edges = sample_edges(self.start, self.end, rate_hz)
         base = self.base.increments(rate_hz)
-        change = integrate_samples(self._change, edges, self.fastest, self.breaks)
+        slow = self._fastest_of_base  # beyond the rate, the nodes of the polynomials are not fewer
+        vehicle = interpolated(self._vehicle, slow, self.breaks) if slow < rate_hz else self._vehicle
+        change = integrate_samples(lambda t: self._change(t, vehicle), edges, self.fastest, self.breaks)
         q_vb, _, p, _, _ = self._vibration(edges)
         arm = rotation.rotate(q_vb, np.cross(self.base.rates(edges)[0], p))
         q_sb = rotation.conjugate(self._q_bs)

@@ -15,7 +15,7 @@ from sinssim.errors import InputError
 from sinssim.rotation.quaternions import euler_from_quaternion
 from sinssim.scenario import Scenario, load_scenario
 from sinssim.scenario.true_motion import fly
-from sinssim.truth.motions.multirotor import MultirotorMotion
+from sinssim.truth.motions.multirotor import MultirotorFlight, MultirotorMotion
 from sinssim.units import G0
 from tests.slow import slow
 from tests.truth.test_independent_integration import closure
@@ -239,6 +239,29 @@ def test_rotors_shake_it_in_flight() -> None:
     f = np.fft.rfftfreq(len(time), 1e-3)
     for axis, line in ((0, 95.0), (1, 95.0), (2, 190.0)):
         assert lines[np.abs(f - line) < 0.05 * line, axis].sum() > 0.99 * lines[:, axis].sum()
+
+
+@pytest.mark.parametrize("arm", [[0.0, 0.0, 0.0], [0.1, 0.0, 0.05]])
+def test_a_shaken_flight_is_evaluated_at_few_instants(arm: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The increments are those with the flight evaluated at each instant of the quadrature, twelve in a sample."""
+    motion = {"type": "multirotor", "legs": [{**UP, "height_m": 2.0}], "rotor_rms_g": 0.4, "rotor_rms_arcsec": 30.0}
+    motion |= BLOWN | {"rotor_lag_s": 0.15}
+    scenario = {"name": "m", "motion": motion, "seed": 4, "imu": {"rate_hz": 400.0, "lever_arm_m": arm}}
+    shaken, asked, moves = fly(Scenario.model_validate(scenario)), [0, 0], MultirotorFlight.moves
+
+    def counted(flight: MultirotorFlight, t: Any) -> Any:
+        asked[-1] += len(t)
+        return moves(flight, t)
+
+    monkeypatch.setattr(MultirotorFlight, "moves", counted)
+    direct = fly(Scenario.model_validate(scenario))
+    quick = shaken.increments(400.0)
+    asked.append(0)
+    monkeypatch.setattr("sinssim.truth.motions.mounted_block.interpolated", lambda of, *_: of)
+    exact = direct.increments(400.0)
+    np.testing.assert_allclose(quick.dtheta, exact.dtheta, rtol=0.0, atol=1e-17)
+    np.testing.assert_allclose(quick.dvel, exact.dvel, rtol=0.0, atol=1e-15)
+    assert asked[1] < 0.2 * asked[2]
 
 
 def test_gusts_have_their_sigma_and_their_correlation() -> None:

@@ -16,8 +16,9 @@ from sinssim.strapdown.navigation_error import navigation_error
 from sinssim.truth.curve import Curve
 from sinssim.truth.motions.analytic import OnEarth
 from sinssim.truth.motions.coning_and_rocking import Sculling, SpinRock, classical_cone
-from sinssim.truth.motions.mounted_block import Vibrating
+from sinssim.truth.motions.mounted_block import Vibrating, interpolated
 from sinssim.truth.motions.parked_and_great_circle import GreatCircle, Parked
+from sinssim.truth.motions.turntable import RotationTable, Turn
 from sinssim.truth.motions.vibration import Tone, band_noise
 from tests.oracles import integrator as oracle
 from tests.slow import slow
@@ -97,6 +98,29 @@ def test_lever_arm_on_a_rocking_body() -> None:
 def test_lever_arm_and_mounting_of_a_flight() -> None:
     """The curve moves its block by its own analytic angular acceleration."""
     assert_same(Vibrating(flight(), lever_arm=ARM, q_bs=MOUNTING), flight(ARM, MOUNTING), 50.0, 1e-15, 3e-13)
+
+
+def test_the_angular_acceleration_beside_a_break_is_that_of_its_side() -> None:
+    """A table speeds up by 2 rad/s² for half a second: 4 m/s² at two metres, and none a moment later."""
+    table = OnEarth(RotationTable([Turn((0.0, 0.0, 1.0), 1.0, 1.0, 0.5, "trapezoidal")]), *PLACE, Q, 1.5)
+    t = 0.5 + 1e-4 * np.array([-4.0, -1.0, 1.0, 4.0])
+    across = Vibrating(table, lever_arm=(2.0, 0.0, 0.0)).rates(t)[1] - table.rates(t)[1]
+    np.testing.assert_allclose(across[:, 1], [4.0, 4.0, 0.0, 0.0], atol=1e-3)  # the Earth's rate adds 3e-4
+
+
+def test_polynomials_give_a_function_that_jumps_at_breaks() -> None:
+    """A cosine that changes its sign at the break, and a sine, at many instants from few."""
+    asked: list[int] = []
+
+    def function(t: Array) -> Array:
+        asked.append(len(t))
+        sign = np.where(t < 1.7, 1.0, -1.0)
+        return np.column_stack([sign * np.cos(9.0 * t), np.sin(9.0 * t)])
+
+    t = np.linspace(0.3, 4.0, 20_000)
+    values = interpolated(function, 9.0, [0.1, 1.7, 1.7, 9.0])(t)
+    assert sum(asked) < 400
+    np.testing.assert_allclose(values, function(t), rtol=0.0, atol=2e-14)  # the rounding of 36 rad
 
 
 @pytest.fixture(params=["flight", "great circle", "parked"])
