@@ -235,8 +235,6 @@ class OnEarth(ClosedForm):
         InputError: the latitude is beyond a pole, the duration is not positive, or the gravity model is unknown.
     """
 
-    smooth = True
-
     def __init__(
         self,
         motion: AnalyticMotion,
@@ -255,6 +253,7 @@ class OnEarth(ClosedForm):
         self.motion = motion
         self.breaks = motion.breaks
         self.fastest = motion.fastest
+        self.smooth = bool(getattr(motion, "smooth", True))
         self._q_em = rotation.multiply(earth.q_en(latitude, longitude), rotation.normalize(q_nm))
         self._q_me = rotation.conjugate(self._q_em)
         self._origin = earth.geodetic_to_ecef(latitude, longitude, height, ellipsoid)
@@ -293,7 +292,7 @@ class OnEarth(ClosedForm):
             def both(t: Array) -> Array:
                 return np.concatenate(self._rates(t), axis=1)
 
-            rates = interpolated(both, self.fastest, self.breaks) if self.fastest < rate_hz else both
+            rates = interpolated(both, self.fastest, self.breaks) if self.smooth and self.fastest < rate_hz else both
             whole = integrate_samples(rates, edges, self.fastest, self.breaks)
             return ImuData(edges, whole[:, :3], whole[:, 3:])
         of_earth = integrate_samples(self._earth_part, edges, self.fastest, self.breaks)

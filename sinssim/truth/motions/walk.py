@@ -111,6 +111,8 @@ class Walk(ByQuadrature):
         shock: peak of the acceleration of a heel strike, m/s².
     """
 
+    smooth = False  # polynomials through a shock lose micrometres in an hour of steps
+
     def __init__(
         self, begin: Array, duration: Array, place: Array, heading: Array, clearance: float, pitch: float, shock: float
     ) -> None:
