@@ -211,6 +211,10 @@ def with_reports(markdown: str, name: str) -> str:
     return markdown
 
 
+_BOOST = {"logs.md": 2, "reference.md": 0.2}
+"""Weights of the search: who looks for a log has one, and begins there; the reference names what pages explain."""
+
+
 def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
     """Fill the page of the reference, and change the links to and from the files above the folder.
 
@@ -230,8 +234,8 @@ def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
         return re.sub(r"^\| `\[(\w+)\]` \|", r"| [`[\1]`](scenario/\1.md) |", markdown, flags=re.MULTILINE)
     if name == "changelog.md":
         page.meta["search"] = {"exclude": True}  # what was added is found at the page that describes it
-    if name == "logs.md":
-        page.meta["search"] = {"boost": 2}  # who looks for a log has one, and begins here
+    if name in _BOOST:
+        page.meta["search"] = {"boost": _BOOST[name]}
     if name in ABOVE:
         return markdown.replace("](docs/", "](")
     up = "../" * (name.count("/") + 1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -32,6 +33,14 @@ def test_table_of_public_logs() -> None:
     page = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
     right = sum("**wrong**" not in row for row in rows[2:])
     assert f"known for {right} of the {len(rows) - 2} logs" in page.replace("\n", " ")
+
+
+@pytest.mark.parametrize(("name", "weight"), [("estimation.md", None), ("logs.md", 2), ("reference.md", 0.2)])
+def test_the_search_finds_a_page_that_explains_before_the_reference(name: str, weight: float | None) -> None:
+    """With these weights "datasheet", "sweep", "tune", "my own log" and "requirement" find the page that answers."""
+    page = SimpleNamespace(file=SimpleNamespace(src_uri=name), meta={})
+    HOOKS.on_page_markdown("# A page", page=page)
+    assert page.meta == ({} if weight is None else {"search": {"boost": weight}})
 
 
 def test_pages_show_live_reports_in_place_of_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
